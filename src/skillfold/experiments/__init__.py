@@ -1,0 +1,1 @@
+"""Experiments and measurements, one file each; each returns a table beside the paper's."""

@@ -1,0 +1,1 @@
+"""Skill manifolds (Havoutis and Ramamoorthy): tangent field, projection, geodesics."""

@@ -1,0 +1,102 @@
+"""Plain frozen data for motions: `Path` (no time), `Trajectory` (timed) and `Plan` (a path and its story)."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from skillfold.errors import InputError
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def _frozen(values: Any, name: str, ndim: int) -> Array:
+    array = np.array(values, dtype=np.float64)
+    if array.ndim != ndim or not np.isfinite(array).all():
+        raise InputError(f"{name}: expected {ndim} dimensions of finite numbers, got shape {array.shape}.")
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True)
+class Path:
+    """A sequence of states without time.
+
+    Attributes:
+        states: (n_steps, n_dims), in the units of the demonstrations.
+        names: coordinate names, or empty.
+    """
+
+    states: Array
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "states", _frozen(self.states, "states", 2))
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    @property
+    def length(self) -> float:
+        """Sum of the distances between consecutive states."""
+        return float(np.linalg.norm(np.diff(self.states, axis=0), axis=1).sum())
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A timed sequence of states.
+
+    Attributes:
+        times: (n_steps,), seconds, increasing.
+        states: (n_steps, n_dims).
+        names: coordinate names, or empty.
+    """
+
+    times: Array
+    states: Array
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "times", _frozen(self.times, "times", 1))
+        object.__setattr__(self, "states", _frozen(self.states, "states", 2))
+        if len(self.times) != len(self.states):
+            raise InputError(f"{len(self.times)} times for {len(self.states)} states.")
+        if (np.diff(self.times) <= 0).any():
+            raise InputError("Times must increase strictly.")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The answer to a planning query; failure is data, not an exception.
+
+    Attributes:
+        success: whether the path passed the independent check.
+        reason: in words, why it failed; where it succeeded, what was done (ends moved, route taken).
+        path: the path found, also where it failed the check; `path.states` is (n, D).
+        length: of the path.
+        residual: largest distance of a path state from the modelled surface.
+        iterations: of the solver.
+        converged: whether the solver's own stop rule was met.
+        route: "geodesic" (the paper's shortest path) or "demonstrated" (the way the demonstrations take).
+        start_moved, goal_moved: how far the asked ends lay off the manifold and were projected.
+        stats: anything else worth knowing.
+    """
+
+    success: bool
+    reason: str
+    path: Path
+    length: float
+    residual: float
+    iterations: int
+    converged: bool
+    route: str = "geodesic"
+    start_moved: float = 0.0
+    goal_moved: float = 0.0
+    stats: dict[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        verdict = "success" if self.success else "failure"
+        return (
+            f"Plan({verdict}: {self.reason} {len(self.path)} states, length {self.length:.4g}, "
+            f"residual {self.residual:.2g}, {self.iterations} iterations)"
+        )
