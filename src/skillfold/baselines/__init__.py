@@ -1,0 +1,1 @@
+"""What the papers compare with, and what a user would reach for otherwise."""

@@ -1,0 +1,97 @@
+"""Projection onto surfaces with known equations, after learning from 1000 of their points.
+
+The states are uniform in the bounding box of the samples. A projection onto the nearest sample would do well
+on the residual alone, so the displacement is compared with the true distance from the surface.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from skillfold.experiments.point_sets import PLANE, SETS, SPHERE, PointSet, plane_gradient
+from skillfold.experiments.rows import Row, Settings
+from skillfold.motion import Array
+
+SAMPLES = 1000
+STATES = 1000
+NOISE_SHARE = 0.01
+RESIDUAL_TARGETS = {"sphere": 1e-4, "circle": 1e-4, "plane": 1e-3}
+
+
+def measure(settings: Settings) -> list[Row]:
+    """Chosen dimension, residual and displacement on sphere, plane and circle, without noise."""
+    rng = np.random.default_rng(settings.seed)
+    rows = []
+    for index, kind in enumerate(SETS):
+        settings.progress(f"projection onto the {kind.name}", index / len(SETS))
+        samples = kind.samples(SAMPLES, rng, settings.data)
+        skill = settings.learn(samples)
+        rows += _rows(kind, skill, box_states(samples, rng))
+    return rows
+
+
+def measure_noise(settings: Settings) -> list[Row]:
+    """What is left of 1 % noise after projection, on sphere and plane."""
+    rng = np.random.default_rng(settings.seed)
+    rows = []
+    for index, kind in enumerate((SPHERE, PLANE)):
+        settings.progress(f"noisy {kind.name}", index / 2)
+        clean = kind.samples(SAMPLES, rng, settings.data)
+        sigma = noise_of(clean)
+        skill = settings.learn(clean + sigma * rng.standard_normal(clean.shape))
+        rows.append(_noise_row(kind, skill.project(box_states(clean, rng)), sigma))
+    return rows
+
+
+def noise_of(samples: Array) -> float:
+    """1 % of the samples' root mean square distance from their centre."""
+    return NOISE_SHARE * float(np.sqrt(np.mean(np.sum((samples - samples.mean(axis=0)) ** 2, axis=1))))
+
+
+def box_states(samples: Array, rng: np.random.Generator, count: int = STATES) -> Array:
+    """States uniform in the bounding box of the samples."""
+    return rng.uniform(samples.min(axis=0), samples.max(axis=0), (count, samples.shape[1]))
+
+
+def off_surface(kind: PointSet, states: Array) -> Array:
+    """Distance of states near the surface from it, to first order, in the states' own unit."""
+    residual = np.abs(kind.residual(states))
+    return residual / np.linalg.norm(plane_gradient(states), axis=1) if kind is PLANE else residual
+
+
+def _rows(kind: PointSet, skill: Any, states: Array) -> list[Row]:
+    projected = np.asarray(skill.project(states))
+    residual = np.abs(kind.residual(projected))
+    ratio = np.linalg.norm(projected - states, axis=1) / np.maximum(kind.distance(states), 1e-12)
+    success = f"share below 0.1: {np.mean(residual < 0.1):.1%}"
+    return [
+        Row(f"{kind.name}: chosen dimension", float(skill.dim), "", float(kind.dim), "==", "by hand"),
+        Row(
+            f"{kind.name}: residual of projected states, median",
+            float(np.median(residual)),
+            "",
+            RESIDUAL_TARGETS[kind.name],
+            "<=",
+            "ECoMaNN 0.03",
+            f"p95 {np.percentile(residual, 95):.1e}; {success}",
+        ),
+        Row(f"{kind.name}: displacement over the true distance, median", float(np.median(ratio)), "", 1.05),
+        Row(
+            f"{kind.name}: displacement over the true distance, 95 % quantile",
+            float(np.percentile(ratio, 95)),
+            "",
+            1.05,
+            note=f"worst {ratio.max():.2f}",
+        ),
+    ]
+
+
+def _noise_row(kind: PointSet, projected: Array, sigma: float) -> Row:
+    distance = off_surface(kind, projected) / sigma
+    return Row(
+        f"{kind.name} with 1 % noise: distance of projected states from the truth, root mean square",
+        float(np.sqrt(np.mean(distance**2))),
+        "σ",
+        0.3,
+        note=f"median {np.median(distance):.2f} σ, p95 {np.percentile(distance, 95):.2f} σ, σ = {sigma:.3g}",
+    )

@@ -1,0 +1,200 @@
+"""From samples to a `Model`, step by step: dimension, surfaces, denoised anchors, graph, tangent field."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from skillfold.errors import InputError
+from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces, held_out_residuals, nearest_others
+from skillfold.manifold.dimension import choose_dimension
+from skillfold.manifold.graph import align_frames, build_graph
+from skillfold.manifold.kernels.surface import Field, Surface
+from skillfold.manifold.model import Model
+from skillfold.manifold.polynomials import monomials
+from skillfold.manifold.selection import LARGEST, Progress, Shape, choose_field, choose_shape
+from skillfold.manifold.table import Selection
+from skillfold.manifold.tangent import TangentField, train
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+MOST_ANCHORS = 2000
+PER_ANCHOR = 10  # times the samples per anchor: neighbourhoods tried, where samples are many
+EDGES = 8000  # that the field is trained on
+QUANTILE = 0.95
+CALIBRATED = 1000  # held-out samples that tolerances are read off
+SUPPORT = 3.0  # times the usual distance to the nearest anchor: how far projections are trusted
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model and what was learnt about the learning.
+
+    Attributes:
+        model: the manifold.
+        field: H as trained, with its convergence flag.
+        ridge: λ that was used.
+        noise: standard deviation of the samples about the surface, per normal direction, in state units.
+        residual: held-out rms residual, in state units.
+        selection: every choice made.
+    """
+
+    model: Model
+    field: TangentField
+    ridge: float
+    noise: float
+    residual: float
+    selection: Selection
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user may fix; None leaves it to cross-validation."""
+
+    dim: int | None = None
+    kernels: int | None = None
+    ridge: float | None = None
+    neighbors: int | None = None
+    seed: int = 0
+    jobs: int = -1
+
+    def check(self, n_samples: int, n_dims: int) -> None:
+        """Refuse what cannot be fitted to so many samples of so many dimensions.
+
+        Raises:
+            InputError: says what is possible.
+        """
+        if n_dims < 2:
+            raise InputError("A manifold needs states of two or more coordinates.")
+        if n_samples < n_dims + 3:
+            raise InputError(f"{n_samples} distinct samples of {n_dims} coordinates; {n_dims + 3} at least.")
+        _whole("dim", self.dim, 1, n_dims - 1)
+        _whole("kernels", self.kernels, 1, n_samples)
+        _whole("neighbors", self.neighbors, 1, n_samples - 1)
+        _whole("seed", self.seed, 0, 2**32 - 1)
+        if self.ridge is not None and not 0.0 < self.ridge < np.inf:
+            raise InputError(f"ridge={self.ridge!r}; expected a positive number.")
+
+
+def _whole(name: str, value: Any, low: int, high: int) -> None:
+    if value is None:
+        return
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
+        raise InputError(f"{name}={value!r}; expected a whole number from {low} to {high}, or None.")
+
+
+def fit_model(samples: Array, groups: Indices | None, options: Options, progress: Progress) -> Fitted:
+    """Learn the manifold that samples (N, D) lie on.
+
+    Args:
+        samples: finite, distinct; recordings one after the other.
+        groups: (N,) recording of each sample, or None for samples without order.
+        options: what the user fixed.
+        progress: called with a stage and its share done.
+    """
+    centre = samples.mean(0)
+    scale = float(np.sqrt(((samples - centre) ** 2).sum(1).mean()))
+    inner = (samples - centre) / scale
+    chosen = _anchor_choice(inner, options.seed)
+    anchor_groups = groups[chosen] if groups is not None else None
+    neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
+    build_graph(inner[chosen], neighbors, anchor_groups)  # says early where the samples fall apart
+    dim, trials = options.dim, []
+    if dim is None:
+        dim, trials = choose_dimension(inner, groups is not None and groups.max() < 20, options.seed)
+    largest = max(LARGEST, min(len(inner) // 2, PER_ANCHOR * len(inner) // len(chosen)))
+    shape, residual, more = choose_shape(inner, groups, dim, largest, options.seed, options.jobs, progress)
+    trials += more
+    progress("fitting the anchors", 0.0)
+    local = _local_surfaces(inner, inner[chosen], shape, dim)
+    anchors = inner[chosen] + local.shifts
+    graph = build_graph(anchors, neighbors, anchor_groups)
+    frames = align_frames(local.tangents, graph)
+    edges = graph.edges[_subset(len(graph.edges), EDGES, options.seed)]
+    features, ridge, more = choose_field(
+        anchors,
+        edges,
+        frames,
+        anchor_groups,
+        options.kernels,
+        options.ridge,
+        options.seed,
+        options.jobs,
+        progress,
+    )
+    trials += more
+    progress("training the tangent field", 0.0)
+    field = train(features, anchors, edges, frames, ridge, options.seed)
+    tolerance, spacing = _calibrate(inner, anchors, groups, shape, dim, options.seed)
+    model = Model(
+        surface=_kernel_surface(anchors, local, shape),
+        field=_kernel_field(field),
+        centre=centre,
+        scale=scale,
+        kept=np.eye(len(centre)),
+        free=np.empty((len(centre), 0)),
+        free_extent=np.empty(0),
+        edges=graph.edges,
+        step=graph.median,
+        tolerance=tolerance,
+        spacing=spacing,
+        support=SUPPORT * max(spacing, float(np.median(local.radii)) / SUPPORT),
+    )
+    progress("training the tangent field", 1.0)
+    normals = max(1, inner.shape[1] - dim)
+    return Fitted(model, field, ridge, residual * scale / np.sqrt(normals), residual * scale, Selection(trials))
+
+
+def _anchor_choice(inner: Array, seed: int) -> Indices:
+    """All samples, or so many that lie far from each other."""
+    if len(inner) <= MOST_ANCHORS:
+        return np.arange(len(inner))
+    pool = _subset(len(inner), 10 * MOST_ANCHORS, seed)
+    points = inner[pool]
+    chosen = np.zeros(MOST_ANCHORS, dtype=np.int64)
+    distance = ((points - points[0]) ** 2).sum(1)
+    for i in range(1, MOST_ANCHORS):
+        chosen[i] = int(distance.argmax())
+        np.minimum(distance, ((points - points[chosen[i]]) ** 2).sum(1), out=distance)
+    return np.sort(pool[chosen])
+
+
+def _subset(n: int, count: int, seed: int) -> Indices:
+    return np.sort(np.random.default_rng(seed).choice(n, min(n, count), replace=False))
+
+
+def _local_surfaces(inner: Array, centres: Array, shape: Shape, dim: int) -> LocalSurfaces:
+    neighbours = KDTree(inner).query(centres, min(shape.neighbours + 1, len(inner)))[1]
+    return fit_surfaces(inner, centres, neighbours, dim, shape.degree)
+
+
+def _kernel_surface(anchors: Array, local: LocalSurfaces, shape: Shape) -> Surface:
+    """Arrays for the kernels; centred on the denoised anchors, so that the constant terms vanish."""
+    coefficients = np.ascontiguousarray(np.swapaxes(local.coefficients, 1, 2))
+    coefficients[:, :, 0] = 0.0
+    points = np.ascontiguousarray(anchors.T)
+    return Surface(points, local.frames, coefficients, local.radii, *monomials(local.dim, shape.degree))
+
+
+def _kernel_field(field: TangentField) -> Field:
+    return Field(
+        np.ascontiguousarray(field.features.centres.T),
+        1.0 / (2.0 * field.features.width**2),
+        np.ascontiguousarray(np.swapaxes(field.weights, 1, 2)),
+    )
+
+
+def _calibrate(
+    inner: Array, anchors: Array, groups: Indices | None, shape: Shape, dim: int, seed: int
+) -> tuple[float, float]:
+    """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor."""
+    chosen = _subset(len(inner), CALIBRATED, seed)
+    others = nearest_others(inner, chosen, shape.neighbours, groups)
+    residuals = held_out_residuals(inner, chosen, others, dim, shape.degree)
+    if len(anchors) == len(inner):
+        nearest = np.linalg.norm(inner[others[:, 0]] - inner[chosen], axis=1)
+    else:
+        nearest = KDTree(anchors).query(inner[chosen])[0]
+    return float(np.quantile(residuals, QUANTILE)), float(np.quantile(nearest, QUANTILE))

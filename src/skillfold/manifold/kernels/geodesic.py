@@ -1,0 +1,224 @@
+"""Geodesics: Algorithm 1 put right for a first path, then both conditions of section IV-A solved together."""
+
+from typing import Any
+
+import numpy as np
+
+from skillfold.jit import njit
+from skillfold.manifold.kernels.small import keep_along, norm, solve_in_place
+from skillfold.manifold.kernels.surface import Field, Surface, displacement, make_scratch, tangent_basis
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@njit
+def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: float, grown: Array) -> int:
+    """Grow from both ends in turn along the projected direction until they meet; the number of states grown.
+
+    Algorithm 1 with its faults mended: the grown points are kept, in `grown` (limit, D), start first; steps go
+    toward the other end; each is followed by a step straight back onto the surface. Returns 0 where the ends do
+    not meet within the limit or stop getting closer.
+    """
+    limit, D = grown.shape
+    scratch = make_scratch(surface, field)
+    normal, direction = np.empty(D), np.empty(D)
+    left, right = 0, limit - 1
+    grown[left] = start
+    grown[right] = goal
+    while True:
+        for c in range(D):
+            direction[c] = grown[right, c] - grown[left, c]
+        gap = norm(direction)
+        if gap <= 1.5 * step:
+            break
+        if right - left < 2:
+            return 0
+        forward = (left + limit - 1 - right) % 2 == 0
+        here = left if forward else right
+        there = left + 1 if forward else right - 1
+        displacement(surface, field, grown[here], scratch, normal)
+        keep_along(scratch.basis, direction, scratch.along)
+        length = norm(direction)
+        if length < 1e-6 * gap:
+            return 0
+        signed = step / length if forward else -step / length
+        for c in range(D):
+            grown[there, c] = grown[here, c] + signed * direction[c]
+        for _ in range(2):
+            displacement(surface, field, grown[there], scratch, normal)
+            for c in range(D):
+                grown[there, c] -= normal[c]
+        if forward:
+            left = there
+        else:
+            right = there
+    count = left + 1 + limit - right
+    for i in range(right, limit):
+        grown[left + 1 + i - right] = grown[i]
+    return count
+
+
+@njit
+def resample(path: Array, out: Array) -> None:
+    """The polyline `path` at equal arc lengths; first and last rows are copied as they are."""
+    n, D = path.shape
+    m = out.shape[0]
+    lengths = np.zeros(n)
+    for i in range(1, n):
+        s = 0.0
+        for c in range(D):
+            s += (path[i, c] - path[i - 1, c]) ** 2
+        lengths[i] = lengths[i - 1] + np.sqrt(s)
+    j = 0
+    for i in range(m):
+        wanted = lengths[n - 1] * i / (m - 1)
+        while j < n - 2 and lengths[j + 1] < wanted:
+            j += 1
+        span = lengths[j + 1] - lengths[j]
+        t = (wanted - lengths[j]) / span if span > 0.0 else 0.0
+        for c in range(D):
+            out[i, c] = (1.0 - t) * path[j, c] + t * path[j + 1, c]
+    out[0] = path[0]
+    out[m - 1] = path[n - 1]
+
+
+@njit
+def relax(surface: Surface, field: Field, path: Array, tolerance: float, cap: float, limit: int) -> tuple:
+    """Make `path` (n, D) a geodesic in place, its ends fixed; (iterations, largest last step, largest residual).
+
+    Each iteration takes, at every inner point, the displacement r from the surface and H's tangents T, and solves
+
+        N'δ_i = −N'r_i,    T_i'(δ_{i−1} − 2δ_i + δ_{i+1}) = −T_i'(q_{i−1} − 2q_i + q_{i+1})
+
+    for all points at once: on the surface, and no pull along it (err_M = 0 and ∇err_length = 0). With
+    δ_i = T_i t_i − r_i this is block tridiagonal in the d-vectors t_i.
+    """
+    n, D = path.shape
+    d = field.weights.shape[0]
+    scratch = make_scratch(surface, field)
+    tangents = np.empty((n, d, D))
+    normals = np.zeros((n, D))
+    right = np.empty((n, d, d + 1))
+    block = np.empty((d, d))
+    delta = np.empty(D)
+    moved, off, iteration = np.inf, np.inf, 0
+    for iteration in range(1, limit + 1):
+        off = 0.0
+        for i in range(1, n - 1):
+            displacement(surface, field, path[i], scratch, normals[i])
+            tangents[i] = scratch.basis
+            off = max(off, norm(normals[i]))
+        for i in range(1, n - 1):
+            for a in range(d):
+                s = 0.0
+                for c in range(D):
+                    bend = path[i - 1, c] - 2.0 * path[i, c] + path[i + 1, c]
+                    s -= tangents[i, a, c] * (bend - normals[i - 1, c] + 2.0 * normals[i, c] - normals[i + 1, c])
+                right[i, a, d] = s
+                for b in range(d):
+                    s = 0.0
+                    if i < n - 2:
+                        for c in range(D):
+                            s += tangents[i, a, c] * tangents[i + 1, b, c]
+                    right[i, a, b] = s
+                    block[a, b] = -2.0 if a == b else 0.0
+            if i > 1:
+                for a in range(d):
+                    for e in range(d):
+                        s = 0.0
+                        for c in range(D):
+                            s += tangents[i, a, c] * tangents[i - 1, e, c]
+                        for b in range(d):
+                            block[a, b] -= s * right[i - 1, e, b]
+                        right[i, a, d] -= s * right[i - 1, e, d]
+            solve_in_place(block, right[i])
+        moved = 0.0
+        for i in range(n - 2, 0, -1):
+            if i < n - 2:
+                for a in range(d):
+                    for b in range(d):
+                        right[i, a, d] -= right[i, a, b] * right[i + 1, b, d]
+            for c in range(D):
+                delta[c] = -normals[i, c]
+                for a in range(d):
+                    delta[c] += tangents[i, a, c] * right[i, a, d]
+            size = norm(delta)
+            moved = max(moved, size)
+            shrink = min(1.0, cap / max(size, 1e-300))
+            for c in range(D):
+                path[i, c] += shrink * delta[c]
+        if moved < tolerance:
+            break
+    return iteration, moved, off
+
+
+@njit
+def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> tuple:
+    """The printed conditions of section IV-A4 solved together, in place; (iterations, largest last step).
+
+    At each inner point, with N the normal projector there and P⊥ that at the midpoints to its neighbours,
+
+        N [P⊥₋(q_i − q_{i−1}) − P⊥₊(q_{i+1} − q_i)] = 0,    T'(q_{i−1} − 2q_i + q_{i+1}) = 0.
+
+    The projectors are frozen in each iteration, which leaves a block tridiagonal system in D-vectors.
+    """
+    n, D = path.shape
+    d = field.weights.shape[0]
+    features, basis = np.empty(field.centres.shape[1]), np.empty((d, D))
+    midpoint = np.empty(D)
+    across = np.empty((n - 1, D, D))
+    here = np.empty((D, D))
+    right = np.empty((n, D, D + 1))
+    moved, iteration = np.inf, 0
+    for iteration in range(1, limit + 1):
+        for i in range(n - 1):
+            for c in range(D):
+                midpoint[c] = 0.5 * (path[i, c] + path[i + 1, c])
+            tangent_basis(field, midpoint, features, basis)
+            normal_projector(basis, across[i])
+        right[:] = 0.0
+        right[0, :, D] = path[0]
+        right[n - 1, :, D] = path[n - 1]
+        for i in range(1, n - 1):
+            tangent_basis(field, path[i], features, basis)
+            normal_projector(basis, here)
+            # (I − N) turns the second difference into its part along the surface.
+            before = here @ across[i - 1] + np.eye(D) - here
+            after = here @ across[i] + np.eye(D) - here
+            block = before + after
+            for a in range(D):
+                for c in range(D):
+                    for b in range(D):
+                        block[a, b] -= before[a, c] * right[i - 1, c, b]
+                    right[i, a, D] += before[a, c] * right[i - 1, c, D]
+                    if i == n - 2:
+                        right[i, a, D] += after[a, c] * path[n - 1, c]
+                    else:
+                        right[i, a, c] = after[a, c]
+            solve_in_place(block, right[i])
+        moved = 0.0
+        for i in range(n - 2, 0, -1):
+            size = 0.0
+            for a in range(D):
+                value = right[i, a, D]
+                if i < n - 2:
+                    for c in range(D):
+                        value += right[i, a, c] * path[i + 1, c]
+                size += (value - path[i, a]) ** 2
+                path[i, a] = value
+            moved = max(moved, np.sqrt(size))
+        if moved < tolerance:
+            break
+    return iteration, moved
+
+
+@njit
+def normal_projector(basis: Array, out: Array) -> None:
+    """I − T'T for orthonormal rows T (d, D), into `out` (D, D)."""
+    d, D = basis.shape
+    for a in range(D):
+        for b in range(D):
+            s = 1.0 if a == b else 0.0
+            for e in range(d):
+                s -= basis[e, a] * basis[e, b]
+            out[a, b] = s

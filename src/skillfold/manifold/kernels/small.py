@@ -1,0 +1,115 @@
+"""Small dense linear algebra on rows, for the inside of loops."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from skillfold.jit import njit
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@njit
+def norm(vector: Array) -> float:
+    """Euclidean length."""
+    s = 0.0
+    for c in range(vector.size):
+        s += vector[c] ** 2
+    return math.sqrt(s)
+
+
+@njit
+def components(basis: Array, vector: Array, out: Array) -> None:
+    """Components of `vector` along the orthonormal rows of `basis`."""
+    for a in range(basis.shape[0]):
+        s = 0.0
+        for c in range(vector.size):
+            s += basis[a, c] * vector[c]
+        out[a] = s
+
+
+@njit
+def remove_along(basis: Array, vector: Array, work: Array) -> None:
+    """Vector ← vector less its part in the span of the orthonormal rows of `basis`."""
+    components(basis, vector, work)
+    for a in range(basis.shape[0]):
+        for c in range(vector.size):
+            vector[c] -= work[a] * basis[a, c]
+
+
+@njit
+def keep_along(basis: Array, vector: Array, work: Array) -> None:
+    """Vector ← its part in the span of the orthonormal rows of `basis`."""
+    components(basis, vector, work)
+    vector[:] = 0.0
+    for a in range(basis.shape[0]):
+        for c in range(vector.size):
+            vector[c] += work[a] * basis[a, c]
+
+
+@njit
+def orthonormalise(basis: Array) -> bool:
+    """Gram-Schmidt on the rows, twice for accuracy; a row that vanishes becomes the next free axis."""
+    d, D = basis.shape
+    full_rank = True
+    axis = 0
+    for a in range(d):
+        before = 0.0
+        for c in range(D):
+            before += basis[a, c] ** 2
+        after = before
+        attempt = 0
+        while True:
+            for _ in range(2):
+                for b in range(a):
+                    s = 0.0
+                    for c in range(D):
+                        s += basis[a, c] * basis[b, c]
+                    for c in range(D):
+                        basis[a, c] -= s * basis[b, c]
+            after = 0.0
+            for c in range(D):
+                after += basis[a, c] ** 2
+            if after > 1e-20 * before and after > 1e-300:
+                break
+            full_rank = False
+            basis[a, :] = 0.0
+            basis[a, (axis + attempt) % D] = 1.0
+            attempt += 1
+            before = 1.0 if attempt < D else 0.0
+        scale = 1.0 / math.sqrt(after)
+        for c in range(D):
+            basis[a, c] *= scale
+    return full_rank
+
+
+@njit
+def solve_in_place(matrix: Array, right: Array) -> None:
+    """Solve matrix X = right (d, d), (d, m) by Gaussian elimination with row pivots; X replaces `right`."""
+    d, m = right.shape
+    for a in range(d):
+        pivot = a
+        for b in range(a + 1, d):
+            if abs(matrix[b, a]) > abs(matrix[pivot, a]):
+                pivot = b
+        if pivot != a:
+            for c in range(d):
+                matrix[a, c], matrix[pivot, c] = matrix[pivot, c], matrix[a, c]
+            for c in range(m):
+                right[a, c], right[pivot, c] = right[pivot, c], right[a, c]
+        head = matrix[a, a]
+        inverse = 1.0 / (head if abs(head) > 1e-300 else 1e-300)
+        for b in range(a + 1, d):
+            factor = matrix[b, a] * inverse
+            for c in range(a + 1, d):
+                matrix[b, c] -= factor * matrix[a, c]
+            for c in range(m):
+                right[b, c] -= factor * right[a, c]
+    for a in range(d - 1, -1, -1):
+        inverse = 1.0 / (matrix[a, a] if abs(matrix[a, a]) > 1e-300 else 1e-300)
+        for c in range(m):
+            s = right[a, c]
+            for b in range(a + 1, d):
+                s -= matrix[a, b] * right[b, c]
+            right[a, c] = s * inverse

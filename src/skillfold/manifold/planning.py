@@ -1,0 +1,144 @@
+"""Plans: the ends brought onto the manifold, a path between them, the check, and the story in words."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from skillfold.check import Check, check_path
+from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic
+from skillfold.manifold.model import Model
+from skillfold.manifold.projection import OnManifold, project_anchored
+from skillfold.manifold.route import Route
+from skillfold.motion import Path, Plan
+from skillfold.spaces import StateSpace
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
+
+
+@dataclass(frozen=True)
+class Query:
+    """What is asked: ends and via points (m, D) in order, and the number of path states."""
+
+    states: Array
+    points: int
+
+
+def plan_geodesic(model: Model, space: StateSpace, names: tuple[str, ...], query: Query, leaf: bool) -> Plan:
+    """The shortest path on the manifold through the query's states, which are projected first where they are off."""
+    asked, moved, supported = _onto(model, query.states)
+    counts = _shares(model, asked, query.points)
+    legs = [_leg(model, a, b, count, leaf) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
+    states = np.vstack([legs[0][0], *(states[1:] for states, _ in legs[1:])])
+    states = _exact_ends(space.normalize(states), asked, counts)
+    allowed = model.scale * EXACT + float(OnManifold(model).distance(asked).max())
+    tolerance = max(allowed, model.scale * model.tolerance)
+    check = check_path(states, OnManifold(model), tolerance, space)
+    parts = [part for _, part in legs]
+    story = _story_geodesic(moved, supported, parts)
+    return _plan(states, names, check, story, parts, moved, "geodesic")
+
+
+def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], route: Route, query: Query) -> Plan:
+    """The way the demonstrations take between the query's ends and through its via points."""
+    answer = route.between(query.states[0], query.states[-1], query.points, query.states[1:-1])
+    held = _hold(model, answer.states, query.states)
+    states = space.normalize(held)
+    tolerance = model.scale * model.tolerance + 3.0 * float(answer.spread.max())
+    ends = float(OnManifold(model).distance(query.states).max())
+    check = check_path(states, OnManifold(model), max(tolerance, 1.5 * ends), space)
+    story = "Follows the demonstrations"
+    if answer.reversed:
+        story += ", travelled backwards"
+    if answer.start_phase > 0.0 or answer.goal_phase < 1.0:
+        story += f" from {answer.start_phase:.0%} to {answer.goal_phase:.0%} of their length"
+    if answer.supported > 3.0:
+        story += f"; the ends lie {answer.supported:.1f} times as far from them as is usual"
+    stats = {"spread": answer.spread, "start_phase": answer.start_phase, "goal_phase": answer.goal_phase}
+    plan = _plan(states, names, check, story + ".", [], np.zeros(len(query.states)), "demonstrated")
+    plan.stats.update(stats, supported=answer.supported, reversed=answer.reversed)
+    return plan
+
+
+def _onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
+    """States projected where they are farther off than samples are; how far each moved; all near the data?"""
+    moved = np.zeros(len(states))
+    off = OnManifold(model).distance(states) > model.scale * max(model.tolerance, EXACT)
+    if not off.any():
+        return states, moved, True
+    onto = states.copy()
+    onto[off], inside = project_anchored(model, states[off])
+    return onto, np.linalg.norm(onto - states, axis=1), bool(inside.all())
+
+
+def _shares(model: Model, states: Array, points: int) -> list[int]:
+    """States of each leg, both ends counted, in proportion to the distance between its ends."""
+    gaps = np.linalg.norm(np.diff(states, axis=0), axis=1)
+    steps = points - 1 - len(gaps)
+    share = np.cumsum(gaps) / max(float(gaps.sum()), 1e-300)
+    bounds = np.concatenate([[0], np.round(share * steps).astype(int)])
+    bounds[-1] = steps
+    return [int(n) + 2 for n in np.diff(bounds)]
+
+
+def _leg(model: Model, start: Array, goal: Array, count: int, leaf: bool) -> tuple[Array, Geodesic]:
+    inner = model.encode(np.stack([start, goal]))
+    solve = leaf_geodesic if leaf else geodesic
+    found = solve(model, inner[0], inner[1], count)
+    straight = start + np.linspace(0.0, 1.0, count)[:, None] * (goal - start)
+    return model.moved(straight, found.states), found
+
+
+def _exact_ends(states: Array, asked: Array, counts: list[int]) -> Array:
+    states[np.concatenate([[0], np.cumsum([n - 1 for n in counts])])] = asked
+    return states
+
+
+def _hold(model: Model, states: Array, given: Array) -> Array:
+    """Pull states that are farther off the manifold than samples are back to that distance, given ones excepted."""
+    foot, _ = project_anchored(model, states)
+    offset = states - foot
+    distance = np.linalg.norm(offset, axis=1)
+    allowed = model.scale * model.tolerance
+    keep = np.minimum(1.0, allowed / np.maximum(distance, 1e-300))
+    keep[(states[:, None] == given[None]).all(2).any(1)] = 1.0
+    return foot + keep[:, None] * offset
+
+
+def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
+    names = ["start", *(f"via {i}" for i in range(len(moved) - 2)), "goal"]
+    parts = [f"{name} moved {m:.3g} onto the manifold" for name, m in zip(names, moved, strict=True) if m > 0]
+    if not supported:
+        parts.append("an end lies far from the demonstrations")
+    if any(leg.first == "graph" for leg in legs):
+        parts.append("first path found over the anchors")
+    if not all(leg.converged for leg in legs):
+        parts.append("the solver stopped at its iteration limit")
+    return "Shortest path on the manifold" + "".join(f"; {part}" for part in parts) + "."
+
+
+def _plan(
+    states: Array,
+    names: tuple[str, ...],
+    check: Check,
+    story: str,
+    legs: list[Geodesic],
+    moved: Array,
+    route: str,
+) -> Plan:
+    path = Path(states, names)
+    return Plan(
+        success=check.ok,
+        reason=story if check.ok else f"{check.reason} ({story})",
+        path=path,
+        length=path.length,
+        residual=check.residual,
+        iterations=sum(leg.iterations for leg in legs),
+        converged=all(leg.converged for leg in legs),
+        route=route,
+        start_moved=float(moved[0]),
+        goal_moved=float(moved[-1]),
+        stats={"check": check},
+    )

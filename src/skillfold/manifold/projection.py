@@ -1,0 +1,62 @@
+"""States onto the manifold and their distance from it (section IV-C).
+
+The paper's iteration slides along the leaf of the field through its starting point, so the answer depends on
+where it started. Anchored Newton goes to the modelled surface itself, from wherever it starts.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from skillfold.manifold.kernels import projection as kernels
+from skillfold.manifold.model import Model
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+
+def project_anchored(model: Model, states: Array) -> tuple[Array, Flags]:
+    """Closest points of the modelled surface to states (B, D), and whether each lies near the data (B,)."""
+    inner, inside = kernels.project_states(
+        model.surface, model.field, model.encode(states), model.support**2, model.cap
+    )
+    return model.moved(states, inner), inside
+
+
+def project_from(model: Model, states: Array, near: Array) -> tuple[Array, Flags]:
+    """The same, found from `near` (B, D) alone: tracked states, so that the answer stays on their sheet."""
+    inner, inside = kernels.project_near(
+        model.surface, model.field, model.encode(states), model.encode(near), model.support**2, model.cap
+    )
+    return model.moved(states, inner), inside
+
+
+def project_leaf(model: Model, states: Array, near: Array, rate: float, steps: int) -> Array:
+    """The paper's q' ← q' + α H'H''(q − q') from `near` (B, D): ends on the field's leaf through it."""
+    inner = kernels.follow_leaf(model.field, model.encode(states), model.encode(near), rate, steps)
+    return model.moved(near, inner) + (states - near) @ model.free @ model.free.T
+
+
+def tangents(model: Model, states: Array) -> Array:
+    """Orthonormal tangents at states (B, D); (B, D, d), the free directions last."""
+    rows = kernels.tangent_bases(model.field, model.encode(states))
+    free = np.broadcast_to(model.free, (len(states), *model.free.shape))
+    return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
+
+
+@dataclass(frozen=True)
+class OnManifold:
+    """A model as a constraint that a check can ask."""
+
+    model: Model
+
+    def distance(self, states: Array, /) -> Array:
+        """Distances (B,) of states (B, D) from the modelled surface."""
+        m = self.model
+        return m.scale * kernels.distances(m.surface, m.field, m.encode(states), m.support**2, m.cap)
+
+    def inside(self, states: Array, /) -> Array:
+        """Distances (B,) from the nearest anchor, 1 at the 95 % quantile of held-out samples."""
+        m = self.model
+        return kernels.nearest_distances(m.surface, m.encode(states)) / m.spacing

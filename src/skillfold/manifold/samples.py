@@ -1,0 +1,89 @@
+"""What was given to `fit`, made into samples: whole recordings at even steps, or a cloud without order."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from skillfold.demonstrations import Demonstrations
+from skillfold.errors import InputError
+from skillfold.spaces import StateSpace
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+STEPS = 200  # at most, of each recording
+TOTAL = 2000  # at most, of all recordings, while each keeps FEWEST
+FEWEST = 50
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples to learn from.
+
+    Attributes:
+        states: (N, D), distinct.
+        groups: (N,) recording of each; None for a cloud, and for a single recording.
+        recordings: as given, each (n_steps, D); empty for a cloud.
+        space, names: of the coordinates.
+        count: samples before resampling.
+        notes: what the user should know.
+    """
+
+    states: Array
+    groups: Indices | None
+    recordings: tuple[Array, ...]
+    space: StateSpace
+    names: tuple[str, ...]
+    count: int
+    notes: tuple[str, ...]
+
+
+def read_samples(demos: Demonstrations | Array | Sequence[Array], space: StateSpace | None) -> Samples:
+    """Check what was given and make samples of it."""
+    if isinstance(demos, Demonstrations):
+        if space is not None and space != demos.space:
+            raise InputError("space: the Demonstrations have one already; build them with the space wanted.")
+        return _of_recordings(demos)
+    if isinstance(demos, np.ndarray) and demos.ndim == 2:
+        return _of_cloud(Demonstrations(demos, space=space))
+    return _of_recordings(Demonstrations(demos, space=space))
+
+
+def _of_cloud(demos: Demonstrations) -> Samples:
+    states = np.unique(demos.states, axis=0)
+    return Samples(states, None, (), demos.space, demos.names, len(demos.states), ())
+
+
+def _of_recordings(demos: Demonstrations) -> Samples:
+    steps = max(FEWEST, min(STEPS, TOTAL // len(demos)))
+    even = demos.resample(steps)
+    groups = np.repeat(np.arange(len(demos)), steps)
+    states, first = np.unique(even.states, axis=0, return_index=True)
+    order = np.argsort(first)
+    states, groups = states[order], groups[np.sort(first)]
+    recordings = tuple(d.states for d in demos)
+    notes = _crossing_notes(demos)
+    return Samples(
+        states,
+        groups if len(demos) > 1 else None,
+        recordings,
+        demos.space,
+        demos.names,
+        len(demos.states),
+        notes,
+    )
+
+
+def _crossing_notes(demos: Demonstrations) -> tuple[str, ...]:
+    crossings = demos.crossings()
+    if not crossings:
+        return ()
+    first = crossings[0]
+    label = demos[first.demonstration].label
+    return (
+        f"Demonstration {label} crosses its own path near row {first.rows[0]} and again near row {first.rows[1]} "
+        f"({len(crossings)} crossings in all): there, positions alone are no manifold. "
+        "Demonstrations.with_phase() or with_velocity() parts the strokes.",
+    )

@@ -1,0 +1,188 @@
+"""What the user did not fix, chosen by prediction of what was left out: samples, edges, whole demonstrations."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from skillfold.manifold.anchors import held_out_residuals, nearest_others
+from skillfold.manifold.features import Features
+from skillfold.manifold.polynomials import monomials
+from skillfold.manifold.table import Trial
+from skillfold.manifold.tangent import train
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+Progress = Callable[[str, float], None]
+
+DEGREES = (1, 2, 3, 4)
+GROWTH = 1.5  # from one neighbourhood size to the next
+LARGEST = 600  # neighbourhood tried, for samples that are not many
+SCREENED = 200  # samples that every candidate predicts
+COMPARED = 1500  # samples that the better candidates predict
+BETTER = 1.25  # times the least error: a candidate worth comparing
+WINSOR = 0.95  # errors beyond this quantile count as the quantile: edges and folds must not decide
+KERNELS = (5, 10, 20, 40, 80)
+RIDGES = (1e-6, 1e-5, 1e-4)
+EDGES = 3000  # that a cross-validation of the field looks at
+TRIAL_ITERATIONS = 12
+
+
+class Shape(NamedTuple):
+    """Degree of the local polynomials and number of neighbours they are fitted to."""
+
+    degree: int
+    neighbours: int
+
+
+def candidate_shapes(n_others: int, dim: int, largest: int) -> list[Shape]:
+    """Every degree with neighbourhoods from one and a half samples a coefficient up."""
+    shapes = []
+    for degree in DEGREES:
+        k = int(np.ceil(1.5 * len(monomials(dim, degree).parents))) + 1
+        while k <= min(largest, n_others):
+            shapes.append(Shape(degree, k))
+            k = int(np.ceil(GROWTH * k))
+    return shapes or [Shape(1, n_others)]
+
+
+def _squared_errors(
+    samples: Array, chosen: Indices, others: Indices, dim: int, shapes: Sequence[Shape], jobs: int
+) -> Array:
+    """(n_shapes, n_chosen), winsorised."""
+    work = (
+        delayed(held_out_residuals)(samples, chosen, others[:, : shape.neighbours], dim, shape.degree)
+        for shape in shapes
+    )
+    errors = np.array(Parallel(n_jobs=jobs, prefer="threads")(work)) ** 2
+    return np.minimum(errors, np.quantile(errors, WINSOR, axis=1, keepdims=True))
+
+
+def _spread_out(n: int, count: int, seed: int) -> Indices:
+    return np.sort(np.random.default_rng(seed).choice(n, min(n, count), replace=False))
+
+
+def choose_shape(
+    samples: Array, groups: Indices | None, dim: int, largest: int, seed: int, jobs: int, progress: Progress
+) -> tuple[Shape, float, list[Trial]]:
+    """Shape of the local surfaces, its held-out rms residual, and all trials.
+
+    Among candidates that cannot be told from the best (by the standard error of the paired difference) the one
+    with most samples a coefficient is taken: it averages noise best.
+
+    Args:
+        samples: (N, D).
+        groups: recording of each sample, then recordings are left out whole; None leaves single samples out.
+        dim: d.
+        largest: neighbourhood.
+        seed: of the choice of samples predicted.
+        jobs: threads.
+        progress: called with the stage and its share done.
+    """
+    smallest = len(samples) - 1 if groups is None else len(samples) - np.bincount(groups).max()
+    shapes = candidate_shapes(int(smallest), dim, largest)
+    progress("choosing the local surfaces", 0.0)
+    chosen = _spread_out(len(samples), SCREENED, seed)
+    others = nearest_others(samples, chosen, max(s.neighbours for s in shapes), groups)
+    first = _squared_errors(samples, chosen, others, dim, shapes, jobs).mean(1)
+    progress("choosing the local surfaces", 0.4)
+    good = [s for s, error in zip(shapes, first, strict=True) if error <= BETTER**2 * first.min()]
+    chosen = _spread_out(len(samples), COMPARED, seed)
+    others = nearest_others(samples, chosen, max(s.neighbours for s in good), groups)
+    errors = _squared_errors(samples, chosen, others, dim, good, jobs)
+    best = _smoothest_of_best(good, errors, dim)
+    means = dict(zip(shapes, first, strict=True)) | dict(zip(good, errors.mean(1), strict=True))
+    trials = [
+        Trial(
+            "surface",
+            f"degree {s.degree}, {s.neighbours} neighbours",
+            float(np.sqrt(means[s])),
+            "held-out residual (smaller)",
+            s == best,
+        )
+        for s in shapes
+    ]
+    return best, float(np.sqrt(means[best])), trials
+
+
+def _smoothest_of_best(shapes: Sequence[Shape], errors: Array, dim: int) -> Shape:
+    least = errors[int(errors.mean(1).argmin())]
+    difference = errors - least
+    doubt = difference.std(1) / np.sqrt(errors.shape[1])
+    equal = [s for s, d, e in zip(shapes, difference.mean(1), doubt, strict=True) if d <= e]
+    return max(equal, key=lambda s: s.neighbours / len(monomials(dim, s.degree).parents))
+
+
+def _folds(edges: Indices, groups: Indices | None, seed: int) -> Indices:
+    """Fold of each edge, 0 to 2: by whole recordings where there are three or more, else at random."""
+    if groups is not None and len(np.unique(groups)) >= 3:
+        return groups[edges[:, 0]] % 3
+    return np.random.default_rng(seed).integers(0, 3, len(edges))
+
+
+def _field_error(
+    samples: Array,
+    edges: Indices,
+    frames: Array,
+    folds: Indices,
+    features: Features,
+    ridge: float,
+    seed: int,
+) -> float:
+    """Mean over folds of the rms part of held-out steps that a field trained on the others does not span."""
+    squares = []
+    for fold in np.unique(folds):
+        kept, held = edges[folds != fold], edges[folds == fold]
+        field = train(features, samples, kept, frames, ridge, seed, iterations=TRIAL_ITERATIONS, restarts=0)
+        a, b = samples[held[:, 0]], samples[held[:, 1]]
+        squares.append(field.residual((a + b) / 2, b - a) ** 2)
+    errors = np.concatenate(squares)
+    return float(np.sqrt(np.minimum(errors, np.quantile(errors, WINSOR)).mean()))
+
+
+def choose_field(
+    samples: Array,
+    edges: Indices,
+    frames: Array,
+    groups: Indices | None,
+    kernels: int | None,
+    ridge: float | None,
+    seed: int,
+    jobs: int,
+    progress: Progress,
+) -> tuple[Features, float, list[Trial]]:
+    """Features and ridge of the tangent field by threefold cross-validation, and all trials.
+
+    Args:
+        samples: (N, D), denoised.
+        edges: (E, 2).
+        frames: (N, D, d), aligned tangents to start training from.
+        groups: recording of each sample or None.
+        kernels, ridge: fixed by the user, or None.
+        seed: of folds and centres.
+        jobs: workers; joblib's own backends (Dask, Ray) take over where one is set.
+        progress: called with the stage and its share done.
+    """
+    counts = [kernels] if kernels else [k for k in KERNELS if k <= max(5, len(samples) // 3)]
+    ridges = [ridge] if ridge else list(RIDGES)
+    placed = {k: Features.place(samples, k, seed) for k in counts}
+    pairs = [(k, r) for k in counts for r in ridges]
+    if len(pairs) == 1:
+        return placed[counts[0]], ridges[0], []
+    looked_at = edges[_spread_out(len(edges), EDGES, seed)]
+    folds = _folds(looked_at, groups, seed)
+    progress("choosing the tangent field", 0.0)
+    errors = []
+    batches = Parallel(n_jobs=jobs, prefer="threads", return_as="generator")(
+        delayed(_field_error)(samples, looked_at, frames, folds, placed[k], r, seed) for k, r in pairs
+    )
+    for done, error in enumerate(batches, 1):
+        errors.append(error)
+        progress("choosing the tangent field", done / len(pairs))
+    best = int(np.argmin(errors))
+    trials = [
+        Trial("field", f"{k} kernels, ridge {r:g}", error, "held-out step off the field (smaller)", j == best)
+        for j, ((k, r), error) in enumerate(zip(pairs, errors, strict=True))
+    ]
+    return placed[pairs[best][0]], pairs[best][1], trials

@@ -1,0 +1,306 @@
+"""`SkillManifold`: what `fit` learns, and every question a user may ask of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+from warnings import warn
+
+import numpy as np
+
+from skillfold import archive
+from skillfold.demonstrations import Demonstrations
+from skillfold.errors import InputError
+from skillfold.manifold.fitting import Options, fit_model
+from skillfold.manifold.model import Model
+from skillfold.manifold.planning import Query, plan_demonstrated, plan_geodesic
+from skillfold.manifold.projection import OnManifold, project_anchored, project_from, project_leaf, tangents
+from skillfold.manifold.route import Route
+from skillfold.manifold.samples import read_samples
+from skillfold.manifold.sampling import sample_surface
+from skillfold.manifold.selection import Progress
+from skillfold.manifold.storage import facts_of, pack, read_facts, unpack
+from skillfold.manifold.table import Selection
+from skillfold.motion import Plan
+from skillfold.spaces import StateSpace
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+POINTS = 50  # states of a plan
+ROUTES = ("geodesic", "demonstrated")
+METHODS = ("anchored", "leaf")
+LEAF_RATE, LEAF_STEPS = 0.1, 1000  # of the printed projection; larger rates drift off the leaf
+
+
+@dataclass(frozen=True, repr=False)
+class SkillManifold:
+    """A learnt skill manifold, ready to answer; made by `fit` or `load`.
+
+    Attributes:
+        model: the arrays it consists of.
+        route: how whole demonstrations go between their ends; None for samples without order.
+        space: what the coordinates are.
+        names: of the coordinates.
+        selection: table of every choice that fit made.
+        noise: standard deviation of the samples about the manifold, per normal direction.
+        residual: rms distance of held-out samples from the manifold.
+        ridge: λ of the tangent field.
+        converged: whether training met its stop rule.
+        n_samples: samples it was learnt from.
+        notes: what a user should know about the data.
+    """
+
+    model: Model
+    route: Route | None
+    space: StateSpace
+    names: tuple[str, ...]
+    selection: Selection
+    noise: float
+    residual: float
+    ridge: float
+    converged: bool
+    n_samples: int
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def fit(
+        cls,
+        demos: Demonstrations | Array | Sequence[Array],
+        dim: int | None = None,
+        kernels: int | None = None,
+        ridge: float | None = None,
+        neighbors: int | None = None,
+        seed: int = 0,
+        *,
+        space: StateSpace | None = None,
+        jobs: int = -1,
+        progress: Progress | None = None,
+    ) -> "SkillManifold":
+        """Learn the manifold that demonstrations lie on (section III).
+
+        Args:
+            demos: recordings (`Demonstrations` or a list of (n_steps, D) arrays), or one (N, D) array of samples
+                without time order.
+            dim: d; left out, from local spectra.
+            kernels: K, radial basis functions of the tangent field; left out, by cross-validation.
+            ridge: λ, for steps of unit rms; left out, by cross-validation.
+            neighbors: of each sample in the graph to start with; it is grown until it is connected.
+            seed: the same seed gives the same bits.
+            space: what the coordinates of plain arrays are; linear when left out.
+            jobs: parallel workers of cross-validation, as in joblib.
+            progress: called with a stage and its share done, 0 to 1.
+
+        Raises:
+            InputError: what was given cannot be used.
+            DisconnectedError: the samples fall apart.
+        """
+        samples = read_samples(demos, space)
+        options = Options(dim, kernels, ridge, neighbors, seed, jobs)
+        options.check(*samples.states.shape)
+        fitted = fit_model(samples.states, samples.groups, options, progress or _silent)
+        for note in samples.notes:
+            warn(note, stacklevel=2)
+        return cls(
+            fitted.model,
+            Route.fit(samples.recordings),
+            samples.space,
+            samples.names,
+            fitted.selection,
+            fitted.noise,
+            fitted.residual,
+            fitted.ridge,
+            fitted.field.converged,
+            samples.count,
+            samples.notes,
+        )
+
+    def __repr__(self) -> str:
+        kind = "recordings" if self.route else "samples"
+        return (
+            f"SkillManifold({self.dim} of {self.n_dims} dimensions, {self.kernels} kernels, "
+            f"{self.n_samples} samples of {kind}, residual {self.residual:.3g}, noise {self.noise:.3g})"
+        )
+
+    @property
+    def dim(self) -> int:
+        """d, the manifold's dimension."""
+        return self.model.dim
+
+    @property
+    def n_dims(self) -> int:
+        """D, the number of coordinates."""
+        return self.model.n_dims
+
+    @property
+    def kernels(self) -> int:
+        """K, radial basis functions of the tangent field."""
+        return self.model.field.centres.shape[1]
+
+    @property
+    def tolerance(self) -> float:
+        """95 % quantile of the distances of held-out samples: nearer states count as on the manifold."""
+        return self.model.tolerance * self.model.scale
+
+    def tangent(self, x: Any) -> Array:
+        """Orthonormal basis H(x) of the tangent space at x (..., D): (..., D, d)."""
+        states, shape = self._states(x)
+        return tangents(self.model, states).reshape(*shape, self.n_dims, self.dim)
+
+    def project(
+        self,
+        x: Any,
+        near: Any = None,
+        method: str = "anchored",
+        *,
+        rate: float = LEAF_RATE,
+        steps: int = LEAF_STEPS,
+    ) -> Array:
+        """Closest states on the manifold to x (..., D) (section IV-C1).
+
+        Args:
+            x: states.
+            near: states to start from, such as those tracked before a push; the answer stays on their sheet. Left
+                out, the states themselves and their nearest anchors.
+            method: "anchored", onto the modelled surface; "leaf", the paper's iteration, whose answer lies on the
+                field's leaf through `near` (else the nearest anchor) and so depends on it.
+            rate, steps: α of the paper's iteration and how often at most; for "leaf".
+        """
+        states, shape = self._states(x)
+        if method not in METHODS:
+            raise InputError(f"method={method!r}; possible: {', '.join(METHODS)}.")
+        start = None if near is None else np.broadcast_to(self._states(near)[0], states.shape)
+        if method == "leaf":
+            start = self._nearest_anchors(states) if start is None else start
+            found = project_leaf(self.model, states, start, rate, steps)
+        elif start is not None:
+            found = project_from(self.model, states, start)[0]
+        else:
+            found = project_anchored(self.model, states)[0]
+        return self.space.normalize(found).reshape(*shape, self.n_dims)
+
+    def distance(self, x: Any) -> Any:
+        """Distance of x (..., D) from the modelled surface, the paper's manifold metric (section IV-D); (...,)."""
+        states, shape = self._states(x)
+        return _scalar(OnManifold(self.model).distance(states), shape)
+
+    def distance_gradient(self, x: Any) -> Array:
+        """Gradient of `distance` at x (..., D): the unit vector away from the surface, zero on it; (..., D)."""
+        states, shape = self._states(x)
+        away = states - project_anchored(self.model, states)[0]
+        length = np.linalg.norm(away, axis=1, keepdims=True)
+        flat = length <= 1e-9 * self.model.scale
+        return np.where(flat, 0.0, away / np.where(flat, 1.0, length)).reshape(*shape, self.n_dims)
+
+    def contains(self, x: Any, tolerance: float | None = None) -> Any:
+        """Whether x (..., D) lies within `tolerance` of the manifold; left out, `self.tolerance`; (...,)."""
+        return self.distance(x) <= (self.tolerance if tolerance is None else tolerance)
+
+    def inside(self, x: Any) -> Any:
+        """How far x (..., D) lies outside the demonstrations: 1 at the 95 % quantile of held-out samples; (...,)."""
+        states, shape = self._states(x)
+        return _scalar(OnManifold(self.model).inside(states), shape)
+
+    def plan(
+        self,
+        start: Any,
+        goal: Any,
+        points: int | None = None,
+        *,
+        via: Any = None,
+        route: str | None = None,
+        method: str = "anchored",
+    ) -> Plan:
+        """A path from start to goal, both (D,), checked before it may say success.
+
+        Args:
+            start, goal: ends, kept exactly. For a geodesic, ends off the manifold are projected first.
+            points: states of the path, 50 when left out.
+            via: (m, D) states to pass through, in order.
+            route: "demonstrated", the way the demonstrations take between such ends (default where the skill was
+                learnt from recordings); "geodesic", the paper's shortest path (section IV-A2; default otherwise).
+            method: of a geodesic: "anchored", tied to the data; "leaf", the paper's err_M alone.
+
+        Raises:
+            InputError: ends of another shape, not finite, an unknown route. A query that cannot be met is no error
+                but a plan without success.
+        """
+        route = route or ("demonstrated" if self.route else "geodesic")
+        query = self._query(start, goal, via, POINTS if points is None else points)
+        if route not in ROUTES or method not in METHODS:
+            raise InputError(
+                f"route={route!r}, method={method!r}; possible: {', '.join(ROUTES)}; {', '.join(METHODS)}."
+            )
+        if route == "geodesic":
+            return plan_geodesic(self.model, self.space, self.names, query, method == "leaf")
+        if self.route is None:
+            raise InputError("route='demonstrated' needs a skill learnt from two or more whole recordings.")
+        return plan_demonstrated(self.model, self.space, self.names, self.route, query)
+
+    def geodesic_distance(self, a: Any, b: Any) -> Any:
+        """Length of the shortest path between a and b (..., D); infinite where none was found; (...,)."""
+        a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+        starts, shape = self._states(a)
+        plans = [self.plan(s, g, route="geodesic") for s, g in zip(starts, self._states(b)[0], strict=True)]
+        return _scalar(np.array([p.length if p.success else np.inf for p in plans]), shape)
+
+    def sample(self, n: int, seed: int = 0) -> Array:
+        """`n` states on the manifold, spread over it evenly and within the demonstrations; (n, D)."""
+        return self.space.normalize(sample_surface(self.model, n, seed))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write everything to one sealed NPZ file, arrays and a JSON header; no pickles."""
+        archive.write(path, *pack(self.model, self.route, facts_of(self)))
+
+    @staticmethod
+    def load(path: str | PathLike[str]) -> "SkillManifold":
+        """Read a saved skill; every array is checked and nothing in the file is run.
+
+        Raises:
+            SkillFileError: the file is damaged, of another format, or no skill.
+        """
+        model, route, header = unpack(path)
+        return SkillManifold(model, route, **read_facts(path, header, model.n_dims))
+
+    def _states(self, x: Any) -> tuple[Array, tuple[int, ...]]:
+        """Checked rows (B, D) nearest to the data among the ways to write them, and the batch shape."""
+        try:
+            array = np.asarray(x, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"States must be numbers (..., {self.n_dims}): {error}.") from None
+        if array.ndim == 0 or array.shape[-1] != self.n_dims:
+            raise InputError(
+                f"Expected states (..., {self.n_dims}) of {', '.join(self.names)}; got shape {array.shape}."
+            )
+        if not np.isfinite(array).all():
+            where = np.argwhere(~np.isfinite(array))[0]
+            raise InputError(f"State value at {tuple(int(i) for i in where)} is {array[tuple(where)]}; not finite.")
+        rows = np.ascontiguousarray(array.reshape(-1, self.n_dims))
+        if not self.space.is_flat:
+            rows = self.space.align(rows, self.model.centre)
+        return rows, array.shape[:-1]
+
+    def _query(self, start: Any, goal: Any, via: Any, points: int) -> Query:
+        rows = []
+        for name, state in (("start", start), ("goal", goal)):
+            states, shape = self._states(state)
+            if shape:
+                raise InputError(f"{name}: expected one state ({self.n_dims},), got shape {np.shape(state)}.")
+            rows.append(states[0])
+        middle = self._states(via)[0] if via is not None else np.empty((0, self.n_dims))
+        if not isinstance(points, int) or points < 3 + len(middle):
+            raise InputError(f"points={points!r}; expected a whole number, {3 + len(middle)} at least.")
+        return Query(np.vstack([rows[0], middle, rows[1]]), points)
+
+    def _nearest_anchors(self, states: Array) -> Array:
+        inner = self.model.encode(states)
+        anchors = self.model.anchors
+        nearest = [int(((anchors - row) ** 2).sum(1).argmin()) for row in inner]
+        return self.model.moved(states, anchors[nearest])
+
+
+def _silent(stage: str, share: float) -> None:
+    pass
+
+
+def _scalar(values: Array, shape: tuple[int, ...]) -> Any:
+    return float(values[0]) if shape == () else values.reshape(shape)

@@ -1,0 +1,166 @@
+"""Skill manifolds as files: plain arrays and a JSON header, every shape checked on the way back."""
+
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from skillfold import archive
+from skillfold.errors import SkillFileError
+from skillfold.manifold.kernels.surface import Field, Surface
+from skillfold.manifold.model import Model
+from skillfold.manifold.polynomials import monomials
+from skillfold.manifold.route import Route
+from skillfold.manifold.table import Selection, Trial
+from skillfold.spaces import StateSpace
+
+KIND = "skill manifold"
+VERSION = 1
+NUMBERS = ("scale", "step", "tolerance", "spacing", "support")
+ROUTE = "route_"
+
+
+def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict[str, Any], archive.Arrays]:
+    """Header and arrays of a skill; `facts` are its other attributes as plain JSON values."""
+    degree = int(model.surface.degrees[-1])
+    numbers = {name: float(getattr(model, name)) for name in NUMBERS}
+    header = {"kind": KIND, "version": VERSION, "degree": degree, "numbers": numbers, **facts}
+    arrays = {
+        "points": model.surface.points,
+        "frames": model.surface.frames,
+        "coefficients": model.surface.coefficients,
+        "radii": model.surface.radii,
+        "kernels": model.field.centres,
+        "precision": np.array(model.field.precision),
+        "weights": model.field.weights,
+        "centre": model.centre,
+        "kept": model.kept,
+        "free": model.free,
+        "free_extent": model.free_extent,
+        "edges": model.edges,
+    }
+    if route is not None:
+        arrays |= {ROUTE + name: value for name, value in route.arrays().items()}
+    return header, arrays
+
+
+def unpack(path: str | PathLike[str]) -> tuple[Model, Route | None, dict[str, Any]]:
+    """Model, route and header of a saved skill.
+
+    Raises:
+        SkillFileError: whatever is wrong with the file.
+    """
+    header, arrays = archive.read(path, KIND)
+    if header.get("version") != VERSION:
+        raise SkillFileError(f"{path}: format version {header.get('version')!r}; this skillfold reads {VERSION}.")
+    try:
+        model = _model(header, arrays)
+        route = _route(arrays)
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as error:
+        raise SkillFileError(f"{path}: not a complete skill: {error}.") from None
+    return model, route, header
+
+
+def facts_of(skill: Any) -> dict[str, Any]:
+    """The attributes of a skill that are no arrays."""
+    return {
+        "space": skill.space.to_json(),
+        "names": list(skill.names),
+        "selection": skill.selection.to_json(),
+        "noise": skill.noise,
+        "residual": skill.residual,
+        "ridge": skill.ridge,
+        "converged": skill.converged,
+        "n_samples": skill.n_samples,
+        "notes": list(skill.notes),
+    }
+
+
+def read_facts(path: Any, header: dict[str, Any], n_dims: int) -> dict[str, Any]:
+    """Attributes of a skill from its header, checked."""
+    try:
+        space = StateSpace.from_json(header["space"])
+        names = tuple(str(name) for name in header["names"])
+        facts = {
+            "space": space,
+            "names": names,
+            "selection": Selection(_trial(row) for row in header["selection"]),
+            "noise": _number(header["noise"]),
+            "residual": _number(header["residual"]),
+            "ridge": _number(header["ridge"]),
+            "converged": bool(header["converged"]),
+            "n_samples": int(header["n_samples"]),
+            "notes": tuple(str(note) for note in header["notes"]),
+        }
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise SkillFileError(f"{path}: not a complete skill: {error}.") from None
+    if space.n_dims != n_dims or len(names) != n_dims:
+        raise SkillFileError(f"{path}: {len(names)} names and {space.n_dims} kinds for {n_dims} coordinates.")
+    return facts
+
+
+def _trial(row: Any) -> Trial:
+    choice, setting, score, measure, chosen = row
+    return Trial(str(choice), str(setting), float(score), str(measure), bool(chosen))
+
+
+def _number(value: Any) -> float:
+    number = float(value)
+    if not np.isfinite(number) or number < 0.0:
+        raise ValueError(f"{number} where a finite number of 0 or more belongs")
+    return number
+
+
+def _floats(arrays: archive.Arrays, name: str, shape: tuple[int, ...]) -> Any:
+    array = arrays[name]
+    if array.dtype != np.float64 or array.shape != shape or not np.isfinite(array).all():
+        raise ValueError(f"{name}: expected finite float64 {shape}, found {array.dtype} {array.shape}")
+    return np.array(array, order="C")
+
+
+def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
+    D, inner = arrays["kept"].shape
+    M = arrays["points"].shape[1]
+    d, _, K = arrays["weights"].shape
+    degree = int(header["degree"])
+    if not (1 <= d < inner <= D <= 1000 and M >= 2 and K >= 1 and 1 <= degree <= 8):
+        raise ValueError(f"sizes D {D}, inner {inner}, d {d}, K {K}, M {M}, degree {degree} do not fit")
+    table = monomials(d, degree)
+    surface = Surface(
+        _floats(arrays, "points", (inner, M)),
+        _floats(arrays, "frames", (M, inner, inner)),
+        _floats(arrays, "coefficients", (M, inner - d, len(table.parents))),
+        _positive("radii", _floats(arrays, "radii", (M,))),
+        *table,
+    )
+    field = Field(
+        _floats(arrays, "kernels", (inner, K)),
+        float(_positive("precision", _floats(arrays, "precision", ()))),
+        _floats(arrays, "weights", (d, inner, K)),
+    )
+    edges = arrays["edges"]
+    if edges.dtype != np.int64 or edges.shape[1:] != (2,) or edges.min() < 0 or edges.max() >= M:
+        raise ValueError("edges do not name anchors")
+    numbers = {name: _number(header["numbers"][name]) for name in NUMBERS}
+    _positive("numbers", np.array([numbers["scale"], numbers["step"], numbers["spacing"], numbers["support"]]))
+    return Model(
+        surface=surface,
+        field=field,
+        centre=_floats(arrays, "centre", (D,)),
+        kept=_floats(arrays, "kept", (D, inner)),
+        free=_floats(arrays, "free", (D, D - inner)),
+        free_extent=_floats(arrays, "free_extent", (D - inner,)),
+        edges=edges,
+        **numbers,
+    )
+
+
+def _positive(name: str, values: Any) -> Any:
+    if not (values > 0.0).all():
+        raise ValueError(f"{name} must be positive")
+    return values
+
+
+def _route(arrays: archive.Arrays) -> Route | None:
+    found = {name.removeprefix(ROUTE): a for name, a in arrays.items() if name.startswith(ROUTE)}
+    return Route.from_arrays(found) if found else None
