@@ -15,7 +15,7 @@ from skillfold.errors import InputError, MissingExtraError
 from skillfold.experiments.leave_one_out import resample
 from skillfold.motion import Array
 
-POINTS = 150
+POINTS = 100
 ROBOT_TASKS = ("bottle2shelf", "openbox", "platestandingtolying", "pouring")
 LASA_FOLDER = Path("resources") / "LASAHandwritingDataset" / "DataSet"
 

@@ -8,9 +8,10 @@ from scipy.spatial import KDTree
 
 from skillfold.errors import InputError
 from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces, held_out_residuals, nearest_others
-from skillfold.manifold.dimension import choose_dimension
+from skillfold.manifold.free import split_directions
 from skillfold.manifold.graph import align_frames, build_graph
-from skillfold.manifold.kernels.surface import Field, Surface
+from skillfold.manifold.kernels.projection import doubts
+from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model
 from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.selection import LARGEST, Progress, Shape, choose_field, choose_shape
@@ -25,7 +26,8 @@ PER_ANCHOR = 10  # times the samples per anchor: neighbourhoods tried, where sam
 EDGES = 8000  # that the field is trained on
 QUANTILE = 0.95
 CALIBRATED = 1000  # held-out samples that tolerances are read off
-SUPPORT = 3.0  # times the usual distance to the nearest anchor: how far projections are trusted
+NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
+CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller
 
 
 @dataclass(frozen=True)
@@ -101,16 +103,16 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     anchor_groups = groups[chosen] if groups is not None else None
     neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
     build_graph(inner[chosen], neighbors, anchor_groups)  # says early where the samples fall apart
-    dim, trials = options.dim, []
-    if dim is None:
-        dim, trials = choose_dimension(inner, groups is not None and groups.max() < 20, options.seed)
+    progress("looking for the dimension", 0.0)
+    split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed)
+    outer, inner, dim = inner, inner @ split.kept, split.dim
     largest = max(LARGEST, min(len(inner) // 2, PER_ANCHOR * len(inner) // len(chosen)))
     shape, residual, more = choose_shape(inner, groups, dim, largest, options.seed, options.jobs, progress)
     trials += more
     progress("fitting the anchors", 0.0)
     local = _local_surfaces(inner, inner[chosen], shape, dim)
     anchors = inner[chosen] + local.shifts
-    graph = build_graph(anchors, neighbors, anchor_groups)
+    graph = build_graph(anchors, neighbors, anchor_groups, too_long=np.inf)
     frames = align_frames(local.tangents, graph)
     edges = graph.edges[_subset(len(graph.edges), EDGES, options.seed)]
     features, ridge, more = choose_field(
@@ -128,19 +130,19 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     progress("training the tangent field", 0.0)
     field = train(features, anchors, edges, frames, ridge, options.seed)
     tolerance, spacing = _calibrate(inner, anchors, groups, shape, dim, options.seed)
+    surface, kernel_field = _kernel_surface(anchors, local, shape), _kernel_field(field)
     model = Model(
-        surface=_kernel_surface(anchors, local, shape),
-        field=_kernel_field(field),
+        surface=surface,
+        field=kernel_field,
         centre=centre,
         scale=scale,
-        kept=np.eye(len(centre)),
-        free=np.empty((len(centre), 0)),
-        free_extent=np.empty(0),
+        kept=split.kept,
+        free=split.free,
+        free_extent=np.abs(outer @ split.free).max(0) * scale,
         edges=graph.edges,
         step=graph.median,
         tolerance=tolerance,
-        spacing=spacing,
-        support=SUPPORT * max(spacing, float(np.median(local.radii)) / SUPPORT),
+        trust=_trust(surface, kernel_field, spacing),
     )
     progress("training the tangent field", 1.0)
     normals = max(1, inner.shape[1] - dim)
@@ -184,6 +186,12 @@ def _kernel_field(field: TangentField) -> Field:
         1.0 / (2.0 * field.features.width**2),
         np.ascontiguousarray(np.swapaxes(field.weights, 1, 2)),
     )
+
+
+def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
+    """Anchors may disagree as they usually do at the demonstrations, or by what is nothing beside the skill's size."""
+    usual = np.median(doubts(surface, field, np.ascontiguousarray(surface.points.T)))
+    return Trust(spacing, max(float(usual), NO_DOUBT), min(CAP, float(np.median(surface.radii))))
 
 
 def _calibrate(

@@ -93,16 +93,17 @@ def _describe(labels: Indices, groups: Indices | None) -> str:
     return "; ".join(names)
 
 
-def build_graph(points: Array, neighbors: int, groups: Indices | None = None) -> Graph:
+def build_graph(points: Array, neighbors: int, groups: Indices | None = None, too_long: float = TOO_LONG) -> Graph:
     """Graph over points (N, D), grown until it is connected.
 
     Args:
         points: samples, recordings one after the other.
         neighbors: of each sample to start with.
         groups: (N,) number of each sample's recording, or None for a cloud without order.
+        too_long: times the typical distance, the longest link that may join parts.
 
     Raises:
-        DisconnectedError: where only links longer than ten times the median would make it one piece.
+        DisconnectedError: where only a longer link would make it one piece.
     """
     temporal = temporal_pairs(groups) if groups is not None else np.empty((0, 2), dtype=np.int64)
     most = min(GROWN * neighbors, len(points) - 1)
@@ -112,21 +113,21 @@ def build_graph(points: Array, neighbors: int, groups: Indices | None = None) ->
         k = min(k + max(2, k // 2), most)
         edges = _unique(np.vstack([nearest_pairs(points, k), temporal]))
     if _labels(edges, len(points))[0] > 1:
-        edges = _join(points, first, groups)
+        edges = _join(points, first, groups, too_long)
     lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     return Graph(edges, lengths, neighbors)
 
 
-def _join(points: Array, edges: Indices, groups: Indices | None) -> Indices:
+def _join(points: Array, edges: Indices, groups: Indices | None, too_long: float) -> Indices:
     """Add the shortest links between the parts, unless one of them is too long."""
     count, labels = _labels(edges, len(points))
     links = _shortest_links(points, labels, count)
     gaps = np.linalg.norm(points[links[:, 0]] - points[links[:, 1]], axis=1)
     typical = _typical_gap(points, edges, groups)
-    if gaps.max() > TOO_LONG * typical:
+    if gaps.max() > too_long * typical:
         raise DisconnectedError(
             f"The samples fall into {count} parts: {_describe(labels, groups)}. The widest gap is "
-            f"{gaps.max():.3g}, more than {TOO_LONG:g} times the typical distance {typical:.3g}. "
+            f"{gaps.max():.3g}, more than {too_long:g} times the typical distance {typical:.3g}. "
             "Fit each part as a skill of its own, or record the motions between them."
         )
     return _unique(np.vstack([edges, links]))

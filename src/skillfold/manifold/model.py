@@ -5,12 +5,11 @@ everywhere; outside, they are as the user gave them.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from skillfold.manifold.kernels.surface import Field, Surface
+from skillfold.manifold.kernels.surface import Field, Surface, Trust
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -31,8 +30,7 @@ class Model:
         edges: (E, 2) neighbouring anchors.
         step: ℓ, median edge length, inner.
         tolerance: 95 % quantile of held-out residuals, inner: nearer states count as on the manifold.
-        spacing: 95 % quantile of held-out distances to the nearest anchor, inner.
-        support: distance from the anchors within which projections are trusted, inner.
+        trust: how far the surface is believed, inner.
     """
 
     surface: Surface
@@ -45,8 +43,7 @@ class Model:
     edges: Indices
     step: float
     tolerance: float
-    spacing: float
-    support: float
+    trust: Trust
 
     @property
     def n_dims(self) -> int:
@@ -70,8 +67,3 @@ class Model:
     def moved(self, states: Array, inner: Array) -> Array:
         """States (..., D) with their inner coordinates replaced; what is free stays."""
         return states + (inner - self.encode(states)) @ self.kept.T * self.scale
-
-    @cached_property
-    def cap(self) -> float:
-        """Longest single step of a projection, inner: no farther than the local surfaces were fitted."""
-        return min(0.5, float(np.median(self.surface.radii)))

@@ -17,17 +17,15 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 def project_anchored(model: Model, states: Array) -> tuple[Array, Flags]:
-    """Closest points of the modelled surface to states (B, D), and whether each lies near the data (B,)."""
-    inner, inside = kernels.project_states(
-        model.surface, model.field, model.encode(states), model.support**2, model.cap
-    )
+    """Closest points of the modelled surface to states (B, D), and whether it was met (B,)."""
+    inner, inside = kernels.project_states(model.surface, model.field, model.trust, model.encode(states))
     return model.moved(states, inner), inside
 
 
 def project_from(model: Model, states: Array, near: Array) -> tuple[Array, Flags]:
     """The same, found from `near` (B, D) alone: tracked states, so that the answer stays on their sheet."""
     inner, inside = kernels.project_near(
-        model.surface, model.field, model.encode(states), model.encode(near), model.support**2, model.cap
+        model.surface, model.field, model.trust, model.encode(states), model.encode(near)
     )
     return model.moved(states, inner), inside
 
@@ -54,9 +52,16 @@ class OnManifold:
     def distance(self, states: Array, /) -> Array:
         """Distances (B,) of states (B, D) from the modelled surface."""
         m = self.model
-        return m.scale * kernels.distances(m.surface, m.field, m.encode(states), m.support**2, m.cap)
+        return m.scale * kernels.distances(m.surface, m.field, m.trust, m.encode(states))
 
     def inside(self, states: Array, /) -> Array:
-        """Distances (B,) from the nearest anchor, 1 at the 95 % quantile of held-out samples."""
+        """Distances (B,) from the nearest anchor, 1 at the 95 % quantile of held-out samples.
+
+        Along free directions nothing counts until the range of the samples is left.
+        """
         m = self.model
-        return kernels.nearest_distances(m.surface, m.encode(states)) / m.spacing
+        near = kernels.nearest_distances(m.surface, m.encode(states))
+        if m.free.shape[1]:
+            beyond = np.maximum(np.abs((states - m.centre) @ m.free) - m.free_extent, 0.0) / m.scale
+            near = np.sqrt(near**2 + (beyond**2).sum(1))
+        return near / m.trust.spacing

@@ -65,11 +65,13 @@ class Route:
 
         Args:
             recordings: each (n_steps, D), of any length; angles unwrapped, quaternions sign-consistent.
-            n_phases: at which they are read.
+            n_phases: at which they are read, 9 or more.
 
         Returns:
             None when there are fewer than two.
         """
+        if n_phases < 9:
+            raise InputError(f"n_phases: expected 9 or more, got {n_phases}.")
         if len(recordings) < 2:
             return None
         centre = np.mean([np.mean(recording, axis=0) for recording in recordings], axis=0)
@@ -98,11 +100,11 @@ class Route:
         given = np.array([0.0, 1.0]) if len(asked) == 2 else self._via_phases(place, asked)
         nodes = node_rows(given, points)
         shares = np.interp(np.arange(points), nodes, given)
-        route, spread = predict(self.model, self._cut(place, shares), nodes, asked)
+        route, errors = predict(self.model, self._cut(place, shares), nodes, asked)
+        spread = np.sqrt((errors**2).sum(axis=2).mean(axis=0))
         states = route * self.scale + self.centre
         states[nodes] = exact
-        ends = place.phases[[0, -1]]
-        first, last = (float(phase) for phase in (1.0 - ends if place.reversed else ends))
+        first, last = (1.0 - place.phases if place.reversed else place.phases).tolist()
         return RouteAnswer(states, spread * self.scale, first, last, place.reversed, place.supported)
 
     def _given(self, start: Array, goal: Array, via: Array | None, points: int) -> Array:
@@ -123,8 +125,8 @@ class Route:
         """Where on the stretch between the ends the asked states lie: (m,), from 0 to 1."""
         last = self.curves.shape[1] - 1
         stretch = self._cut(place, np.linspace(0.0, 1.0, last + 1))
-        route, spread = predict(self.model, stretch, np.array([0, last]), asked[[0, -1]])
-        return locate_between(route, spread, asked)
+        route, errors = predict(self.model, stretch, np.array([0, last]), asked[[0, -1]])
+        return locate_between(stretch, route, errors, asked)
 
     def _cut(self, place: Location, shares: Array) -> Array:
         """The demonstrations between the located ends, read at shares (points,) of that stretch."""
@@ -153,11 +155,12 @@ class Route:
         found = [np.asarray(arrays.get(name, np.nan), dtype=np.float64) for name in names]
         curves, centre, scale, spread, model = found
         shapes = [curves.shape[-1:], (), curves.shape[1:2], (len(astuple(RouteModel())),)]
-        if curves.ndim != 3 or [a.shape for a in found[1:]] != shapes or len(curves) < 2:
+        if [a.shape for a in found[1:]] != shapes or curves.ndim != 3 or min(curves.shape) < 1 or len(curves) < 2:
             raise SkillFileError(f"route: shapes {[a.shape for a in found]} do not belong together.")
-        if not all(np.isfinite(a).all() for a in found) or min(scale, spread.min()) <= 0.0:
-            raise SkillFileError("route: a number is not finite, or a scale not positive.")
         learnt, kriged, *numbers = model.tolist()
+        # Of the model, kernel weights may be zero; reach, nugget and ridge may not.
+        if not all(np.isfinite(a).all() for a in found) or min(scale, spread.min(), *numbers[2:]) <= 0.0:
+            raise SkillFileError("route: a number is not finite, or a scale not positive.")
         return Route(curves, centre, float(scale), spread, RouteModel(bool(learnt), bool(kriged), *numbers))
 
 

@@ -7,8 +7,9 @@ likelihood, so that they can be added up and compared.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
-from skillfold.manifold.route_models import IntArray
+from skillfold.manifold.route_models import IntArray, hats
 from skillfold.motion import Array
 
 # A whole motion is the simplest reading: part-way ends must fit clearly better, and by 3 spreads.
@@ -20,6 +21,10 @@ REVERSED_COST = 2.0
 PHASE_SPREAD = 0.05
 # Curves are scaled to unit rms radius: no spread is taken to be below a hundredth of it.
 LEAST_SQUARED_SPREAD = 1e-4
+# Over what share of the phases error covariances are averaged, and how many demonstrations' worth of an
+# isotropic one they are shrunk toward.
+COVARIANCE_WINDOW = 0.1
+ISOTROPIC = 5.0
 
 
 @dataclass(frozen=True)
@@ -136,20 +141,52 @@ def locate(curves: Array, spread: Array, asked: Array) -> Location:
     return Location(nodes / last, own / last, turned, float(np.sqrt(nearest.max())))
 
 
-def locate_between(route: Array, spread: Array, asked: Array) -> Array:
-    """Phases of the asked states, start and goal first and last, on the route that the ends alone would make.
+def locate_between(curves: Array, route: Array, errors: Array, asked: Array) -> Array:
+    """Phases of the asked states, start and goal first and last, between located ends.
 
-    That route is a better ruler than the demonstrations, whose ends lie elsewhere.
+    Two rulers are averaged: the route that the ends alone would make, with the covariance of its errors, by
+    which a state beside the route may also be ahead of it; and the demonstrations one by one, their ends
+    corrected, which tell between several ways.
 
     Args:
+        curves: (n, n_phases, D), the demonstrations between the ends.
         route: (n_phases, D).
-        spread: (n_phases,), its standard deviation.
+        errors: (n, n_phases, D), samples of its error.
         asked: (m, D).
 
     Returns:
         (m,), increasing from 0 to 1.
     """
-    variance = spread**2 + 0.01 * (spread**2).mean() + LEAST_SQUARED_SPREAD
-    costs = ((asked[:, None] - route) ** 2).sum(axis=2) / variance
+    nodes = np.array([0, len(route) - 1])
+    corrected = curves + hats(len(route), nodes) @ (asked[[0, -1]] - curves[:, nodes])
+    squared = ((asked[None, :, None] - corrected[:, None]) ** 2).sum(axis=3)
+    costs = (surprise(asked[:, None] - route, errors) + misfit(squared, squared_spread(corrected).mean())) / 2.0
     columns, _ = in_order(with_whole_ends(costs[None]))
-    return columns[0] / (len(route) - 1)
+    return between_columns(costs, columns[0]) / nodes[1]
+
+
+def surprise(gaps: Array, errors: Array) -> Array:
+    """Twice the negative log likelihood of gaps (m, n_phases, D) from a route with such errors: (m, n_phases).
+
+    The covariance of the errors (n, n_phases, D), averaged over neighbouring phases, is shrunk toward an
+    isotropic one, as few demonstrations cannot tell it well.
+    """
+    n, n_phases, n_dims = errors.shape
+    summed = np.einsum("nsi,nsj->sij", errors, errors)
+    summed = gaussian_filter1d(summed, COVARIANCE_WINDOW * n_phases, axis=0, mode="nearest")
+    variance = np.trace(summed, axis1=1, axis2=2) / (n * n_dims)
+    variance += 0.01 * variance.mean() + LEAST_SQUARED_SPREAD / n_dims
+    covariance = (summed + ISOTROPIC * variance[:, None, None] * np.eye(n_dims)) / (n + ISOTROPIC)
+    inverse = np.linalg.inv(covariance)
+    return np.einsum("msi,sij,msj->ms", gaps, inverse, gaps, optimize=True) - np.linalg.slogdet(inverse)[1]
+
+
+def between_columns(costs: Array, columns: IntArray) -> Array:
+    """Expected columns (m,) near the given, increasing ones, whose order they keep; first and last unchanged."""
+    refined = columns.astype(np.float64)
+    for row in range(1, len(columns) - 1):
+        room = (np.diff(columns[row - 1 : row + 2]).min() - 1) // 2
+        around = columns[row] + np.arange(-room, room + 1)
+        weights = np.exp(0.5 * (costs[row, columns[row]] - costs[row, around]).clip(max=0.0))
+        refined[row] = weights @ around / weights.sum()
+    return refined

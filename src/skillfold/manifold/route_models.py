@@ -20,6 +20,8 @@ ROUNDING = 1e-12
 # demonstrations are left out to find out.
 CLEARLY = 0.3
 MOST_LEFT_OUT = 20
+# Up to how many rms deviations from the demonstrated conditions what was learnt is believed.
+BELIEVED = 3.0
 
 
 @dataclass(frozen=True)
@@ -37,11 +39,11 @@ class RouteModel:
 
     learnt: bool = True
     kriged: bool = True
-    radial: float = 0.5
-    linear: float = 0.5
+    radial: float = 0.25
+    linear: float = 1.0
     reach: float = 1.5
     nugget: float = 2.0
-    ridge: float = 10.0
+    ridge: float = 20.0
 
 
 USUAL = RouteModel()
@@ -122,11 +124,22 @@ def weigh(model: RouteModel, own: Array, wanted: Array) -> tuple[Array, float, A
     return inverse @ k + row * missing, max(float(variance), 0.0), inverse - np.outer(row, row) / row.sum()
 
 
+def believed(wanted: Array, own: Array) -> Array:
+    """Wanted deviations (m, D), shortened to where the demonstrations' own (n, m, D) say something.
+
+    A robot that always starts at home, to a hair, says nothing about how it would start elsewhere: its noise
+    must not be extrapolated.
+    """
+    limit = BELIEVED * np.sqrt((own**2).sum(axis=2).mean(axis=0))
+    size = np.maximum(np.linalg.norm(wanted, axis=1), limit + ROUNDING)
+    return wanted * ((limit + ROUNDING) / size)[:, None]
+
+
 def predict(model: RouteModel, curves: Array, nodes: IntArray, asked: Array) -> tuple[Array, Array]:
-    """The route through the asked states, and how uncertain it is.
+    """The route through the asked states, and how far off it may be.
 
     With M the mean, u the deviations of the conditions from it, and r what the correction leaves of each
-    demonstration, the route is M + Σ α u + Σ w r.
+    demonstration, the route is M + Σ α u + Σ w r; what is asked beyond that is corrected linearly.
 
     Args:
         model: how the route depends on its conditions.
@@ -135,22 +148,29 @@ def predict(model: RouteModel, curves: Array, nodes: IntArray, asked: Array) -> 
         asked: (m, D), the states wanted there.
 
     Returns:
-        States (n_phases, D), and standard deviation (n_phases,) of their distance from the true way.
+        States (n_phases, D), and samples (n, n_phases, D) of their error: what leaving out each demonstration
+        leaves, scaled to how well these conditions are known.
     """
+    route, residuals, variance, q = _interpolate(model, curves, nodes, asked)
+    errors = np.tensordot(q, residuals, axes=1) * np.sqrt(variance / q.diagonal())[:, None, None]
+    errors[:, nodes] = 0.0
+    return route, errors
+
+
+def _interpolate(
+    model: RouteModel, curves: Array, nodes: IntArray, asked: Array
+) -> tuple[Array, Array, float, Array]:
+    """The route (n_phases, D), the residuals (n, n_phases, D), and variance and Q of their weights."""
     mean = curves.mean(axis=0)
     deviations = curves - mean
     linear = hats(curves.shape[1], nodes)
     alpha = corrections(deviations, nodes, linear, model.ridge) if model.learnt else linear
-    own, wanted = deviations[:, nodes], asked - mean[nodes]
+    own = deviations[:, nodes]
+    wanted = believed(asked - mean[nodes], own)
     residuals = deviations - alpha @ own
     weights, variance, q = weigh(model, own.reshape(len(own), -1), wanted.ravel())
     route = mean + alpha @ wanted + np.tensordot(weights, residuals, axes=1)
-    route += linear @ (asked - route[nodes])
-    left_out = np.tensordot(q, residuals, axes=1)
-    process = ((left_out**2).sum(axis=2) / q.diagonal()[:, None]).mean(axis=0)
-    spread = np.sqrt(process * variance)
-    spread[nodes] = 0.0
-    return route, spread
+    return route + linear @ (asked - route[nodes]), residuals, variance, q
 
 
 def left_out_error(model: RouteModel, curves: Array) -> float:
@@ -158,7 +178,7 @@ def left_out_error(model: RouteModel, curves: Array) -> float:
     nodes = np.array([0, curves.shape[1] - 1])
     distances = []
     for i in np.unique(np.linspace(0, len(curves) - 1, MOST_LEFT_OUT).astype(np.intp)):
-        route, _ = predict(model, np.delete(curves, i, axis=0), nodes, curves[i, nodes])
+        route, *_ = _interpolate(model, np.delete(curves, i, axis=0), nodes, curves[i, nodes])
         distances.append(np.linalg.norm(route - curves[i], axis=1).mean())
     return float(np.log(np.array(distances) + ROUNDING).mean())
 

@@ -17,6 +17,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 Progress = Callable[[str, float], None]
 
 DEGREES = (1, 2, 3, 4)
+MOST_TERMS = 40  # of a polynomial of degree 3 or more
 GROWTH = 1.5  # from one neighbourhood size to the next
 LARGEST = 600  # neighbourhood tried, for samples that are not many
 SCREENED = 200  # samples that every candidate predicts
@@ -40,7 +41,10 @@ def candidate_shapes(n_others: int, dim: int, largest: int) -> list[Shape]:
     """Every degree with neighbourhoods from one and a half samples a coefficient up."""
     shapes = []
     for degree in DEGREES:
-        k = int(np.ceil(1.5 * len(monomials(dim, degree).parents))) + 1
+        terms = len(monomials(dim, degree).parents)
+        k = int(np.ceil(1.5 * terms)) + 1
+        if degree > 2 and terms > MOST_TERMS:
+            break
         while k <= min(largest, n_others):
             shapes.append(Shape(degree, k))
             k = int(np.ceil(GROWTH * k))

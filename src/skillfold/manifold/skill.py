@@ -7,6 +7,7 @@ from typing import Any
 from warnings import warn
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from skillfold import archive
 from skillfold.demonstrations import Demonstrations
@@ -97,7 +98,9 @@ class SkillManifold:
         samples = read_samples(demos, space)
         options = Options(dim, kernels, ridge, neighbors, seed, jobs)
         options.check(*samples.states.shape)
-        fitted = fit_model(samples.states, samples.groups, options, progress or _silent)
+        # The workers are ours: linear algebra that starts threads of its own in each would only get in their way.
+        with threadpool_limits(1):
+            fitted = fit_model(samples.states, samples.groups, options, progress or _silent)
         for note in samples.notes:
             warn(note, stacklevel=2)
         return cls(

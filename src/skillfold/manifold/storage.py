@@ -7,7 +7,7 @@ import numpy as np
 
 from skillfold import archive
 from skillfold.errors import SkillFileError
-from skillfold.manifold.kernels.surface import Field, Surface
+from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model
 from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.route import Route
@@ -16,7 +16,7 @@ from skillfold.spaces import StateSpace
 
 KIND = "skill manifold"
 VERSION = 1
-NUMBERS = ("scale", "step", "tolerance", "spacing", "support")
+NUMBERS = ("scale", "step", "tolerance")
 ROUTE = "route_"
 
 
@@ -38,6 +38,7 @@ def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict
         "free": model.free,
         "free_extent": model.free_extent,
         "edges": model.edges,
+        "trust": np.array(model.trust),
     }
     if route is not None:
         arrays |= {ROUTE + name: value for name, value in route.arrays().items()}
@@ -142,7 +143,8 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
     if edges.dtype != np.int64 or edges.shape[1:] != (2,) or edges.min() < 0 or edges.max() >= M:
         raise ValueError("edges do not name anchors")
     numbers = {name: _number(header["numbers"][name]) for name in NUMBERS}
-    _positive("numbers", np.array([numbers["scale"], numbers["step"], numbers["spacing"], numbers["support"]]))
+    trust = Trust(*(float(t) for t in _positive("trust", _floats(arrays, "trust", (3,)))))
+    _positive("numbers", np.array([numbers["scale"], numbers["step"]]))
     return Model(
         surface=surface,
         field=field,
@@ -151,6 +153,7 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
         free=_floats(arrays, "free", (D, D - inner)),
         free_extent=_floats(arrays, "free_extent", (D - inner,)),
         edges=edges,
+        trust=trust,
         **numbers,
     )
 

@@ -20,6 +20,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 ITERATIONS = 50
 SETTLED = 1e-4  # relative decrease of the objective at which training stops
 TRIAL_ITERATIONS = 6  # that each start gets before the best goes on
+JITTER = 1e-12  # of the trace, on the diagonal of normal equations
 FLOOR = 1e-6  # of the gauge's eigenvalues; a too large d makes it singular
 
 
@@ -69,7 +70,10 @@ def smoothness_matrix(values: Array, edges: Indices, n_samples: int) -> Array:
     sums = np.zeros((n_samples, values.shape[1]))
     np.add.at(sums, edges[:, 0], values)
     np.add.at(sums, edges[:, 1], values)
-    return (values * weight[:, None]).T @ values - sums.T @ sums
+    raw = (values * weight[:, None]).T @ values - sums.T @ sums
+    eigenvalues, vectors = np.linalg.eigh((raw + raw.T) / 2)
+    # Rounding in the difference may leave eigenvalues a little below zero.
+    return (vectors * np.maximum(eigenvalues, 0.0)) @ vectors.T
 
 
 def alignment(H: Array, steps: Array, ridge: float) -> Array:
@@ -84,7 +88,7 @@ def _solve_weights(problem: _Problem, eps: Array) -> Array:
     d = eps.shape[1]
     rows = (eps[:, :, None] * problem.values[:, None, :]).reshape(E, d * K)
     gram = rows.T @ rows + problem.ridge * np.kron(np.eye(d), problem.smoothness)
-    gram[np.diag_indices_from(gram)] += 1e-10 * np.trace(gram) / len(gram)
+    gram[np.diag_indices_from(gram)] += JITTER * np.trace(gram)
     return cho_solve(cho_factor(gram), rows.T @ problem.steps).reshape(d, K, -1)
 
 

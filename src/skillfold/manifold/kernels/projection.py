@@ -11,6 +11,7 @@ from skillfold.manifold.kernels.surface import (
     Field,
     Scratch,
     Surface,
+    Trust,
     displacement,
     make_scratch,
     tangent_basis,
@@ -21,122 +22,128 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 CLOSE = 0.25  # of a neighbourhood's radius: nearer states are projected from themselves alone
 STEPS = 40  # of the anchored Newton iteration
 TOLERANCE = 1e-10  # of an iteration, in units of the data's rms radius
+SMALLEST_RATE = 1e-3  # of the step along the surface: below it the edge of the support is met
+BACK_STEPS = 5  # straight onto the surface, at the end
+MET = 1e3  # times the tolerance: a point this near counts as on the surface
 NEAR = 1e-6  # in the same units: a displacement this small is taken for the distance
+
+
+@njit
+def trusted(square: float, trust: Trust, scratch: Scratch) -> bool:
+    """Whether the last evaluated point lies near an anchor and its anchors agree about the surface."""
+    return square <= trust.spacing**2 and scratch.doubt[0] <= trust.doubt
 
 
 @njit
 def descend(
     surface: Surface,
     field: Field,
+    trust: Trust,
+    bounded: bool,
     state: Array,
     point: Array,
-    support: float,
-    cap: float,
     scratch: Scratch,
     work: Array,
 ) -> bool:
     """Anchored Newton from `point` (changed in place) to the surface's closest point to `state`.
 
     Each step goes along the surface toward `state` and straight back onto it; both parts are capped. The step
-    along shrinks where it overshoots or leaves the support. Ends with steps back alone.
+    along shrinks where it overshoots; where `bounded`, also where it would leave what is trusted: then the answer
+    is the edge of that. Ends with steps straight back. Returns whether the surface was met.
     """
     normal, along, previous = work[0], work[1], work[2]
-    rate, before = 1.0, np.inf
-    converged = False
+    rate, before, off = 1.0, np.inf, np.inf
     for step in range(STEPS):
         square = displacement(surface, field, point, scratch, normal)
-        if square > support and step > 0:
+        if bounded and step > 0 and not trusted(square, trust, scratch):
             rate *= 0.5
-            for c in range(point.size):
-                point[c] = 0.5 * (point[c] + previous[c])
+            point[:] = previous
             displacement(surface, field, point, scratch, normal)
         for c in range(point.size):
             along[c] = state[c] - point[c]
         keep_along(scratch.basis, along, scratch.along)
         off, pull = norm(normal), norm(along)
         if off < TOLERANCE and rate * pull < TOLERANCE:
-            converged = True
+            return True
+        if rate < SMALLEST_RATE:
             break
         if pull > 0.7 * before:
             rate = max(0.6 * rate, 0.05)
         before = pull
-        back = min(1.0, cap / max(off, 1e-300))
-        forth = min(rate, cap / max(pull, 1e-300))
+        back = min(1.0, trust.cap / max(off, 1e-300))
+        forth = min(rate, trust.cap / max(pull, 1e-300))
         for c in range(point.size):
             previous[c] = point[c]
             point[c] += forth * along[c] - back * normal[c]
-    for _ in range(0 if converged else 3):
+    for _ in range(BACK_STEPS):
         displacement(surface, field, point, scratch, normal)
+        off = norm(normal)
+        if off < TOLERANCE:
+            break
         for c in range(point.size):
             point[c] -= normal[c]
-    return converged
+    return off < MET * TOLERANCE
 
 
 @njit
 def project_state(
-    surface: Surface,
-    field: Field,
-    state: Array,
-    support: float,
-    cap: float,
-    scratch: Scratch,
-    work: Array,
-    out: Array,
+    surface: Surface, field: Field, trust: Trust, state: Array, scratch: Scratch, work: Array, out: Array
 ) -> bool:
-    """The closest point of the surface, found from the state itself and from its nearest anchors, into `out`.
+    """The closest trusted point of the surface into `out`; whether one was met.
 
-    Returns whether it lies within the support (near some anchor).
+    A state near the surface is projected from itself, outside the demonstrations too. One far off could meet the
+    surface anywhere, also where nothing was demonstrated: it is projected from its nearest anchors, within what is
+    trusted. Where no descent meets the surface, the nearest anchor is the answer.
     """
     D = state.size
     point = work[3]
     displacement(surface, field, state, scratch, work[0])
-    close = norm(work[0]) < CLOSE * surface.radii[scratch.nearest[0]]
-    starts = min(STARTS, scratch.nearest.size - 1)
+    near = norm(work[0]) < CLOSE * surface.radii[scratch.nearest[0]]
+    starts = min(STARTS, scratch.nearest.size)
     for s in range(starts):
         scratch.starts[s] = scratch.nearest[s]
-    best, best_inside = np.inf, False
-    out[:] = state
-    for s in range(-1, starts):
+    if near:
+        out[:] = state
+        if descend(surface, field, trust, False, state, out, scratch, work):
+            return True
+    best = np.inf
+    for c in range(D):
+        out[c] = surface.points[c, scratch.starts[0]]
+    for s in range(starts):
         for c in range(D):
-            point[c] = state[c] if s < 0 else surface.points[c, scratch.starts[s]]
-        settled = descend(surface, field, state, point, support, cap, scratch, work)
-        square = displacement(surface, field, point, scratch, work[0])
-        inside = norm(work[0]) < 1e3 * TOLERANCE and square <= support
-        distance = 0.0
-        for c in range(D):
-            distance += (state[c] - point[c]) ** 2
-        if (inside and not best_inside) or (inside == best_inside and distance < best):
-            best, best_inside = distance, inside
-            out[:] = point
-        if s < 0 and close and settled and inside:
-            break
-    return best_inside
+            point[c] = surface.points[c, scratch.starts[s]]
+        if descend(surface, field, trust, True, state, point, scratch, work):
+            distance = 0.0
+            for c in range(D):
+                distance += (state[c] - point[c]) ** 2
+            if distance < best:
+                best = distance
+                out[:] = point
+    return best < np.inf
 
 
 @njit
-def project_states(surface: Surface, field: Field, states: Array, support: float, cap: float) -> tuple:
-    """`project_state` for a batch (B, D); returns points (B, D) and whether each is supported (B,)."""
+def project_states(surface: Surface, field: Field, trust: Trust, states: Array) -> tuple:
+    """`project_state` for a batch (B, D); returns points (B, D) and whether each met the surface (B,)."""
     B, D = states.shape
     scratch = make_scratch(surface, field)
     work = np.empty((4, D))
-    points, inside = np.empty((B, D)), np.empty(B, np.bool_)
+    points, met = np.empty((B, D)), np.empty(B, np.bool_)
     for i in range(B):
-        inside[i] = project_state(surface, field, states[i], support, cap, scratch, work, points[i])
-    return points, inside
+        met[i] = project_state(surface, field, trust, states[i], scratch, work, points[i])
+    return points, met
 
 
 @njit
-def project_near(surface: Surface, field: Field, states: Array, near: Array, support: float, cap: float) -> tuple:
-    """Closest points to states (B, D) found by descent from near (B, D) alone; points and whether supported."""
+def project_near(surface: Surface, field: Field, trust: Trust, states: Array, near: Array) -> tuple:
+    """Closest points to states (B, D) found by descent from near (B, D) alone; points and whether met (B,)."""
     B, D = states.shape
     scratch = make_scratch(surface, field)
     work = np.empty((4, D))
-    points, inside = near.copy(), np.empty(B, np.bool_)
+    points, met = near.copy(), np.empty(B, np.bool_)
     for i in range(B):
-        descend(surface, field, states[i], points[i], support, cap, scratch, work)
-        square = displacement(surface, field, points[i], scratch, work[0])
-        inside[i] = norm(work[0]) < 1e3 * TOLERANCE and square <= support
-    return points, inside
+        met[i] = descend(surface, field, trust, False, states[i], points[i], scratch, work)
+    return points, met
 
 
 @njit
@@ -183,7 +190,7 @@ def displacements(surface: Surface, field: Field, states: Array) -> tuple:
 
 
 @njit
-def distances(surface: Surface, field: Field, states: Array, support: float, cap: float) -> Array:
+def distances(surface: Surface, field: Field, trust: Trust, states: Array) -> Array:
     """Distances of states (B, D) from the modelled surface.
 
     A state this near needs no projection: the displacement is the distance, up to its square.
@@ -196,7 +203,7 @@ def distances(surface: Surface, field: Field, states: Array, support: float, cap
         displacement(surface, field, states[i], scratch, work[0])
         result[i] = norm(work[0])
         if result[i] > NEAR:
-            project_state(surface, field, states[i], support, cap, scratch, work, point)
+            project_state(surface, field, trust, states[i], scratch, work, point)
             for c in range(D):
                 point[c] -= states[i, c]
             result[i] = norm(point)
@@ -215,4 +222,16 @@ def nearest_distances(surface: Surface, states: Array) -> Array:
             for j in range(M):
                 squares[j] += (states[i, c] - surface.points[c, j]) ** 2
         result[i] = np.sqrt(squares.min())
+    return result
+
+
+@njit
+def doubts(surface: Surface, field: Field, states: Array) -> Array:
+    """How far the anchors blended at states (B, D) disagree about the surface; (B,)."""
+    B, D = states.shape
+    scratch = make_scratch(surface, field)
+    normal, result = np.empty(D), np.empty(B)
+    for i in range(B):
+        displacement(surface, field, states[i], scratch, normal)
+        result[i] = scratch.doubt[0]
     return result

@@ -53,8 +53,25 @@ class Field(NamedTuple):
     weights: Array
 
 
+class Trust(NamedTuple):
+    """How far the surface is believed, in inner coordinates.
+
+    Attributes:
+        spacing: usual distance of a sample from the nearest anchor; farther out nothing was demonstrated.
+        doubt: disagreement between anchors that is usual at the anchors themselves.
+        cap: longest single step of a projection.
+    """
+
+    spacing: float
+    doubt: float
+    cap: float
+
+
 class Scratch(NamedTuple):
-    """Memory that one evaluation of the surface works in."""
+    """Memory that one evaluation of the surface works in.
+
+    After `displacement`, `basis` holds H's tangents there, `doubt[0]` how far the blended anchors disagree.
+    """
 
     distances: Array
     nearest: Indices
@@ -65,6 +82,7 @@ class Scratch(NamedTuple):
     values: Array
     basis: Array
     features: Array
+    doubt: Array
 
 
 @njit
@@ -83,6 +101,7 @@ def make_scratch(surface: Surface, field: Field) -> Scratch:
         np.empty(surface.parents.size),
         np.empty((d, D)),
         np.empty(field.centres.shape[1]),
+        np.zeros(1),
     )
 
 
@@ -136,7 +155,7 @@ def find_nearest(points: Array, x: Array, scratch: Scratch) -> None:
 
 
 @njit
-def add_displacement(surface: Surface, i: int, x: Array, weight: float, scratch: Scratch, total: Array) -> None:
+def add_displacement(surface: Surface, i: int, x: Array, weight: float, scratch: Scratch, total: Array) -> float:
     """Add weight × the displacement from anchor i's surface to x, along that anchor's normals, to `total`."""
     D = x.size
     P = surface.parents.size
@@ -159,15 +178,18 @@ def add_displacement(surface: Surface, i: int, x: Array, weight: float, scratch:
         # By homogeneity a monomial of degree g goes on along the ray with slope g: no blow-up far out.
         for j in range(1, P):
             values[j] *= 1.0 + surface.degrees[j] * (beyond - 1.0)
+    length = 0.0
     for n in range(D - d):
         s = 0.0
         for c in range(D):
             s += surface.frames[i, d + n, c] * offset[c]
         for j in range(P):
             s -= values[j] * surface.coefficients[i, n, j]
+        length += s**2
         s *= weight
         for c in range(D):
             total[c] += s * surface.frames[i, d + n, c]
+    return length
 
 
 @njit
@@ -183,15 +205,18 @@ def displacement(surface: Surface, field: Field, x: Array, scratch: Scratch, nor
     m = squares.size - 1
     width = squares[m] - squares[0]
     normal[:] = 0.0
-    total = 0.0
+    total, mean_square = 0.0, 0.0
     for j in range(m):
         r = math.sqrt((squares[j] - squares[0]) / width) if width > 0.0 else 0.0
         weight = (1.0 - r) ** 4 * (4.0 * r + 1.0)
         if weight > 0.0:
             total += weight
-            add_displacement(surface, scratch.nearest[j], x, weight, scratch, normal)
+            mean_square += weight * add_displacement(surface, scratch.nearest[j], x, weight, scratch, normal)
+    square = 0.0
     for c in range(x.size):
         normal[c] /= total
+        square += normal[c] ** 2
+    scratch.doubt[0] = math.sqrt(max(mean_square / total - square, 0.0))
     tangent_basis(field, x, scratch.features, scratch.basis)
     remove_along(scratch.basis, normal, scratch.along)
     return squares[0]

@@ -1,0 +1,124 @@
+"""Directions that are free everywhere: they lie in every tangent space, so the manifold does not depend on them.
+
+An upright tool does not care for the base's yaw, nor for the last joint's roll. With them, few samples are spread
+over many dimensions; without them the same samples lie close together. Found by the average of the local normal
+projectors: a direction that no normal touches is free. Neighbourhoods and normals are refined in turns, measuring
+distance the less along a direction, the less normals touch it.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from skillfold.manifold.anchors import held_out_residuals, nearest_others
+from skillfold.manifold.dimension import choose_dimension
+from skillfold.manifold.table import Trial
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+ROUNDS = 8
+CENTRES = 1500
+METRIC_FLOOR = 0.03  # of the scale that a direction keeps in the metric
+TOUCHED = 0.05  # share of a direction that normals may touch if it is to count as free
+MOST_NORMALS = 4
+WORSE = 1.3  # times the held-out residual without dropping: above it nothing is dropped
+JUDGED = 300  # samples that judge it
+
+
+@dataclass(frozen=True)
+class Split:
+    """Directions of the state space, orthonormal columns.
+
+    Attributes:
+        kept: (D, D - f), which the manifold bends in.
+        free: (D, f), along which everything is allowed.
+        dim: dimension of the manifold within the kept ones, d - f.
+    """
+
+    kept: Array
+    free: Array
+    dim: int
+
+
+def _normals(samples: Array, metric: Array, codim: int, chosen: Indices) -> Array:
+    """Orthonormal normals (n, D, codim) at chosen samples, from neighbourhoods in the metric."""
+    scaled = samples @ metric
+    k = 2 * samples.shape[1] + 2
+    around = scaled[KDTree(scaled).query(scaled[chosen], min(k + 1, len(samples)))[1]]
+    centred = around - around.mean(1, keepdims=True)
+    vectors = np.linalg.eigh(np.swapaxes(centred, 1, 2) @ centred)[1]
+    return np.linalg.qr(metric @ vectors[:, :, :codim])[0]
+
+
+def normal_spectrum(samples: Array, codim: int, seed: int) -> tuple[Array, Array]:
+    """How much normals touch each of D orthonormal directions (ascending, 0 to 1), and these as columns."""
+    D = samples.shape[1]
+    rng = np.random.default_rng(seed)
+    chosen = np.sort(rng.choice(len(samples), min(CENTRES, len(samples)), replace=False))
+    metric, touched, directions = np.eye(D), np.ones(D), np.eye(D)
+    for _ in range(ROUNDS):
+        normals = _normals(samples, metric, codim, chosen)
+        touched, directions = np.linalg.eigh(np.einsum("nac,nbc->ab", normals, normals) / len(chosen))
+        metric = directions * np.sqrt(np.maximum(touched, 0.0) / touched[-1] + METRIC_FLOOR**2)
+    return touched, directions
+
+
+def split_directions(
+    samples: Array, groups: Indices | None, dim: int | None, few_recordings: bool, seed: int
+) -> tuple[Split, list[Trial]]:
+    """Kept and free directions and the inner dimension, with the trials.
+
+    For each number of normals: free directions under it, and what the samples without them say of the dimension.
+    Only where both agree is the split a candidate, and only if it predicts left-out samples as well.
+
+    Args:
+        samples: (N, D).
+        groups: recording of each sample or None.
+        dim: d as the user fixed it, or None.
+        few_recordings: passed on to `choose_dimension`.
+        seed: of the choice of samples looked at.
+    """
+    D = samples.shape[1]
+    plain, trials = choose_dimension(samples, few_recordings, seed)
+    plain = dim or plain
+    whole = Split(np.eye(D), np.empty((D, 0)), plain)
+    best, best_gap = whole, 0.0
+    # The plain rule may overlook normals where samples are sparse; it does not make any up.
+    counts = [D - plain] if dim else range(D - plain, max(D - plain, min(MOST_NORMALS, D - 2)) + 1)
+    for codim in counts:
+        touched, directions = normal_spectrum(samples, codim, seed)
+        f = min(int((touched < TOUCHED).sum()), D - codim - 1)
+        if f < 1:
+            continue
+        kept = directions[:, f:]
+        weights = np.sqrt(np.maximum(touched[f:], 0.0) / touched[-1] + METRIC_FLOOR**2)
+        found, gaps = choose_dimension(samples @ (kept * weights), few_recordings, seed)
+        gap = next((t.score for t in gaps if t.chosen), 0.0)
+        if dim or (found == D - f - codim):
+            candidate = Split(kept, directions[:, :f], D - f - codim)
+            if gap > best_gap and _holds(samples, groups, candidate, Split(whole.kept, whole.free, D - codim), seed):
+                best, best_gap = candidate, gap
+    trials = [Trial(t.choice, t.setting, t.score, t.measure, t.setting == f"d = {plain}") for t in trials]
+    return best, trials + _split_trials(best, best_gap, D)
+
+
+def _split_trials(split: Split, gap: float, D: int) -> list[Trial]:
+    f = split.free.shape[1]
+    setting = f"{f} of {D} free, d = {split.dim + f}"
+    return [Trial("free directions", setting, gap, "gap in local extents without them", True)] if f else []
+
+
+def _holds(samples: Array, groups: Indices | None, split: Split, whole: Split, seed: int) -> bool:
+    return _error(samples, groups, split, seed) <= WORSE * _error(samples, groups, whole, seed)
+
+
+def _error(samples: Array, groups: Indices | None, split: Split, seed: int) -> float:
+    """Held-out residual of local linear surfaces in the kept directions."""
+    inner = samples @ split.kept
+    chosen = np.sort(np.random.default_rng(seed).choice(len(inner), min(JUDGED, len(inner)), replace=False))
+    others = nearest_others(inner, chosen, min(3 * (split.dim + 1), len(inner) // 2), groups)
+    residuals = held_out_residuals(inner, chosen, others, split.dim, 1)
+    return float(np.median(residuals))
