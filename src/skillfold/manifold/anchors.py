@@ -130,6 +130,13 @@ def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | No
 
 
 def held_out_residuals(samples: Array, chosen: Indices, others: Indices, dim: int, degree: int) -> Array:
-    """Distance of each chosen sample from the surface fitted to `others` (its neighbours, itself not among)."""
-    surfaces = fit_surfaces(samples, samples[chosen], others, dim, degree)
-    return np.linalg.norm(surfaces.coefficients[:, 0], axis=1)
+    """Distance of each chosen sample from the surface of the nearest sample that is not left out with it.
+
+    That surface is fitted to `others` (n, k), sorted by distance, the chosen sample not among them. Judged at its
+    own centre a surface would hide the bias that it has where it is used, beside it.
+    """
+    centres = samples[others[:, 0]]
+    surfaces = fit_surfaces(samples, centres, others, dim, degree)
+    local = np.einsum("mij,mj->mi", surfaces.frames, samples[chosen] - centres)
+    values = design(local[:, :dim] / surfaces.radii[:, None], monomials(dim, degree))
+    return np.linalg.norm(local[:, dim:] - np.einsum("mp,mpn->mn", values, surfaces.coefficients), axis=1)

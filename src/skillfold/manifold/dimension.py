@@ -28,13 +28,13 @@ def local_extents(samples: Array, k: int, seed: int) -> Array:
     return np.maximum(typical / max(float(typical[0]), 1e-300), FLOOR)
 
 
-def scales(n_samples: int, n_dims: int) -> list[int]:
+def scales(n_samples: int, n_dims: int, doublings: int = 3) -> list[int]:
     """Neighbourhood sizes to look at: none larger than a sixth of the samples."""
-    wanted = [k for k in (2 * n_dims + 2, 4 * n_dims + 2, 8 * n_dims + 2) if k <= n_samples / 6]
+    wanted = [k for k in (2 ** (i + 1) * n_dims + 2 for i in range(doublings)) if k <= n_samples / 6]
     return wanted or [max(n_dims, min(2 * n_dims + 2, n_samples - 1))]
 
 
-def choose_dimension(samples: Array, few_recordings: bool, seed: int) -> tuple[int, list[Trial]]:
+def choose_dimension(samples: Array, few_recordings: bool, seed: int, doublings: int = 3) -> tuple[int, list[Trial]]:
     """D with the widest gap after it, over all scales, and the gaps.
 
     Args:
@@ -42,10 +42,11 @@ def choose_dimension(samples: Array, few_recordings: bool, seed: int) -> tuple[i
         few_recordings: whether they come from a handful of recordings: then what the recordings differ by shows
             as a further dimension at some scales, and the smallest well-supported d is taken.
         seed: of the choice of centres.
+        doublings: neighbourhood sizes looked at, each about twice the one before.
     """
     D = samples.shape[1]
     gaps = np.zeros(D)
-    for k in scales(len(samples), D):
+    for k in scales(len(samples), D, doublings):
         extents = local_extents(samples, min(k, len(samples) - 1), seed)
         gaps[1:] = np.maximum(gaps[1:], extents[:-1] / extents[1:])
     best = 1 + int(gaps[1:].argmax()) if D > 1 else 1

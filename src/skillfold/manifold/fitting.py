@@ -190,8 +190,9 @@ def _kernel_field(field: TangentField) -> Field:
 
 def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
     """Anchors may disagree as they usually do at the demonstrations, or by what is nothing beside the skill's size."""
-    usual = np.median(doubts(surface, field, np.ascontiguousarray(surface.points.T)))
-    return Trust(spacing, max(float(usual), NO_DOUBT), min(CAP, float(np.median(surface.radii))))
+    found = doubts(surface, field, np.ascontiguousarray(surface.points.T))
+    usual = max(float(np.median(found)), NO_DOUBT)
+    return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
 
 
 def _calibrate(

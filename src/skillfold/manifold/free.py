@@ -24,6 +24,7 @@ CENTRES = 1500
 METRIC_FLOOR = 0.03  # of the scale that a direction keeps in the metric
 TOUCHED = 0.05  # share of a direction that normals may touch if it is to count as free
 MOST_NORMALS = 4
+CLEAR = 0.5  # of the gap after d with all directions: what is truly free leaves as clear a one
 WORSE = 1.3  # times the held-out residual without dropping: above it nothing is dropped
 JUDGED = 300  # samples that judge it
 
@@ -95,9 +96,10 @@ def split_directions(
             continue
         kept = directions[:, f:]
         weights = np.sqrt(np.maximum(touched[f:], 0.0) / touched[-1] + METRIC_FLOOR**2)
-        found, gaps = choose_dimension(samples @ (kept * weights), few_recordings, seed)
+        # Without the free directions samples lie close together: noise hides the gap unless more are taken in.
+        found, gaps = choose_dimension(samples @ (kept * weights), few_recordings, seed, doublings=7)
         gap = next((t.score for t in gaps if t.chosen), 0.0)
-        if dim or (found == D - f - codim):
+        if dim or (found == D - f - codim and gap >= CLEAR * trials[D - codim - 1].score):
             candidate = Split(kept, directions[:, :f], D - f - codim)
             if gap > best_gap and _holds(samples, groups, candidate, Split(whole.kept, whole.free, D - codim), seed):
                 best, best_gap = candidate, gap
@@ -112,13 +114,33 @@ def _split_trials(split: Split, gap: float, D: int) -> list[Trial]:
 
 
 def _holds(samples: Array, groups: Indices | None, split: Split, whole: Split, seed: int) -> bool:
-    return _error(samples, groups, split, seed) <= WORSE * _error(samples, groups, whole, seed)
+    """Whether samples are predicted without the free directions as well as with them, over the same distances.
 
-
-def _error(samples: Array, groups: Indices | None, split: Split, seed: int) -> float:
-    """Held-out residual of local linear surfaces in the kept directions."""
+    Without them all samples lie closer together: judged by its nearest few, any split would look good.
+    """
+    chosen = np.sort(np.random.default_rng(seed).choice(len(samples), min(JUDGED, len(samples)), replace=False))
+    k = min(3 * (whole.dim + 1), len(samples) // 2)
+    others = nearest_others(samples, chosen, k, groups)
+    reach = np.linalg.norm(samples[others] - samples[chosen, None], axis=2).max(1)
     inner = samples @ split.kept
-    chosen = np.sort(np.random.default_rng(seed).choice(len(inner), min(JUDGED, len(inner)), replace=False))
-    others = nearest_others(inner, chosen, min(3 * (split.dim + 1), len(inner) // 2), groups)
-    residuals = held_out_residuals(inner, chosen, others, split.dim, 1)
-    return float(np.median(residuals))
+    around = _within(inner, chosen, reach * np.sqrt(inner.shape[1] / samples.shape[1]), k, groups, seed)
+    residuals = [
+        float(np.median(held_out_residuals(samples, chosen, others, whole.dim, 1))),
+        float(np.median(held_out_residuals(inner, chosen, around, split.dim, 1))),
+    ]
+    return residuals[1] <= WORSE * residuals[0]
+
+
+def _within(inner: Array, chosen: Indices, reach: Array, k: int, groups: Indices | None, seed: int) -> Indices:
+    """k samples at random among those within reach of each chosen one, nearest first; (n, k)."""
+    rng = np.random.default_rng(seed)
+    tree = KDTree(inner)
+    found = np.empty((len(chosen), k), dtype=np.int64)
+    for row, (i, radius) in enumerate(zip(chosen, reach, strict=True)):
+        near = np.array(tree.query_ball_point(inner[i], radius), dtype=np.int64)
+        near = near[near != i] if groups is None else near[groups[near] != groups[i]]
+        if len(near) < k:
+            near = nearest_others(inner, np.array([i]), k, groups)[0]
+        picked = rng.choice(near, k, replace=False)
+        found[row] = picked[np.argsort(((inner[picked] - inner[i]) ** 2).sum(1))]
+    return found

@@ -15,6 +15,7 @@ from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
+DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 
 
@@ -44,7 +45,7 @@ def plan_geodesic(model: Model, space: StateSpace, names: tuple[str, ...], query
 def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], route: Route, query: Query) -> Plan:
     """The way the demonstrations take between the query's ends and through its via points."""
     answer = route.between(query.states[0], query.states[-1], query.points, query.states[1:-1])
-    held = _hold(model, answer.states, query.states)
+    held = _hold(model, answer.states, query.states, DOUBTED * answer.spread)
     states = space.normalize(held)
     tolerance = model.scale * model.tolerance + 3.0 * float(answer.spread.max())
     ends = float(OnManifold(model).distance(query.states).max())
@@ -96,12 +97,12 @@ def _exact_ends(states: Array, asked: Array, counts: list[int]) -> Array:
     return states
 
 
-def _hold(model: Model, states: Array, given: Array) -> Array:
+def _hold(model: Model, states: Array, given: Array, spread: Array) -> Array:
     """Pull states that are farther off the manifold than samples are back to that distance, given ones excepted."""
     foot, _ = project_anchored(model, states)
     offset = states - foot
     distance = np.linalg.norm(offset, axis=1)
-    allowed = model.scale * model.tolerance
+    allowed = model.scale * model.tolerance + spread
     keep = np.minimum(1.0, allowed / np.maximum(distance, 1e-300))
     keep[(states[:, None] == given[None]).all(2).any(1)] = 1.0
     return foot + keep[:, None] * offset

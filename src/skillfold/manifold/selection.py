@@ -23,7 +23,8 @@ LARGEST = 600  # neighbourhood tried, for samples that are not many
 SCREENED = 200  # samples that every candidate predicts
 COMPARED = 1500  # samples that the better candidates predict
 BETTER = 1.25  # times the least error: a candidate worth comparing
-WINSOR = 0.95  # errors beyond this quantile count as the quantile: edges and folds must not decide
+DOUBTED = 2.0  # standard errors within which a candidate counts as good as the best
+WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
 KERNELS = (5, 10, 20, 40, 80)
 RIDGES = (1e-6, 1e-5, 1e-4)
 EDGES = 3000  # that a cross-validation of the field looks at
@@ -114,7 +115,7 @@ def _smoothest_of_best(shapes: Sequence[Shape], errors: Array, dim: int) -> Shap
     least = errors[int(errors.mean(1).argmin())]
     difference = errors - least
     doubt = difference.std(1) / np.sqrt(errors.shape[1])
-    equal = [s for s, d, e in zip(shapes, difference.mean(1), doubt, strict=True) if d <= e]
+    equal = [s for s, d, e in zip(shapes, difference.mean(1), doubt, strict=True) if d <= DOUBTED * e]
     return max(equal, key=lambda s: s.neighbours / len(monomials(dim, s.degree).parents))
 
 

@@ -27,7 +27,7 @@ from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-POINTS = 50  # states of a plan
+POINTS = {"geodesic": 50, "demonstrated": 101}  # states of a plan; chords would cut the wiggles of a route
 ROUTES = ("geodesic", "demonstrated")
 METHODS = ("anchored", "leaf")
 LEAF_RATE, LEAF_STEPS = 0.1, 1000  # of the printed projection; larger rates drift off the leaf
@@ -217,7 +217,7 @@ class SkillManifold:
 
         Args:
             start, goal: ends, kept exactly. For a geodesic, ends off the manifold are projected first.
-            points: states of the path, 50 when left out.
+            points: states of the path; left out, 50 for a geodesic and 101 for a demonstrated route.
             via: (m, D) states to pass through, in order.
             route: "demonstrated", the way the demonstrations take between such ends (default where the skill was
                 learnt from recordings); "geodesic", the paper's shortest path (section IV-A2; default otherwise).
@@ -228,7 +228,7 @@ class SkillManifold:
                 but a plan without success.
         """
         route = route or ("demonstrated" if self.route else "geodesic")
-        query = self._query(start, goal, via, POINTS if points is None else points)
+        query = self._query(start, goal, via, POINTS.get(route, 50) if points is None else points)
         if route not in ROUTES or method not in METHODS:
             raise InputError(
                 f"route={route!r}, method={method!r}; possible: {', '.join(ROUTES)}; {', '.join(METHODS)}."

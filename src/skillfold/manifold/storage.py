@@ -38,7 +38,8 @@ def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict
         "free": model.free,
         "free_extent": model.free_extent,
         "edges": model.edges,
-        "trust": np.array(model.trust),
+        "trust": np.array(model.trust[:3]),
+        "sure": model.trust.sure,
     }
     if route is not None:
         arrays |= {ROUTE + name: value for name, value in route.arrays().items()}
@@ -143,7 +144,10 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
     if edges.dtype != np.int64 or edges.shape[1:] != (2,) or edges.min() < 0 or edges.max() >= M:
         raise ValueError("edges do not name anchors")
     numbers = {name: _number(header["numbers"][name]) for name in NUMBERS}
-    trust = Trust(*(float(t) for t in _positive("trust", _floats(arrays, "trust", (3,)))))
+    sure = arrays["sure"]
+    if sure.dtype != np.bool_ or sure.shape != (M,) or not sure.any():
+        raise ValueError("sure: expected a flag for each anchor, one set at least")
+    trust = Trust(*(float(t) for t in _positive("trust", _floats(arrays, "trust", (3,)))), sure)
     _positive("numbers", np.array([numbers["scale"], numbers["step"]]))
     return Model(
         surface=surface,

@@ -7,13 +7,14 @@ import numpy as np
 from skillfold.jit import njit
 from skillfold.manifold.kernels.small import keep_along, norm
 from skillfold.manifold.kernels.surface import (
-    STARTS,
     Field,
     Scratch,
     Surface,
     Trust,
     displacement,
+    find_nearest,
     make_scratch,
+    smallest,
     tangent_basis,
 )
 
@@ -86,40 +87,52 @@ def descend(
 
 
 @njit
+def find_starts(surface: Surface, trust: Trust, state: Array, scratch: Scratch) -> None:
+    """The sure anchors nearest to `state` into scratch.starts."""
+    find_nearest(surface.points, state, scratch)
+    for i in range(trust.sure.size):
+        if not trust.sure[i]:
+            scratch.distances[i] = np.inf
+    scratch.starts[:] = scratch.nearest[0]
+    smallest(scratch.distances, scratch.starts, scratch.start_squares)
+
+
+@njit
 def project_state(
     surface: Surface, field: Field, trust: Trust, state: Array, scratch: Scratch, work: Array, out: Array
 ) -> bool:
     """The closest trusted point of the surface into `out`; whether one was met.
 
     A state near the surface is projected from itself, outside the demonstrations too. One far off could meet the
-    surface anywhere, also where nothing was demonstrated: it is projected from its nearest anchors, within what is
-    trusted. Where no descent meets the surface, the nearest anchor is the answer.
+    surface anywhere, also where nothing was demonstrated: it is projected from its nearest sure anchors, within
+    what is trusted. Where no descent meets the surface, the nearest of them is the answer.
     """
     D = state.size
     point = work[3]
     displacement(surface, field, state, scratch, work[0])
     near = norm(work[0]) < CLOSE * surface.radii[scratch.nearest[0]]
-    starts = min(STARTS, scratch.nearest.size)
-    for s in range(starts):
-        scratch.starts[s] = scratch.nearest[s]
     if near:
         out[:] = state
         if descend(surface, field, trust, False, state, out, scratch, work):
             return True
-    best = np.inf
+    find_starts(surface, trust, state, scratch)
+    best, best_sure, met = np.inf, False, False
     for c in range(D):
         out[c] = surface.points[c, scratch.starts[0]]
-    for s in range(starts):
+    for s in range(scratch.starts.size):
         for c in range(D):
             point[c] = surface.points[c, scratch.starts[s]]
         if descend(surface, field, trust, True, state, point, scratch, work):
+            met = True
+            square = displacement(surface, field, point, scratch, work[0])
+            sure = trusted(square, trust, scratch)
             distance = 0.0
             for c in range(D):
                 distance += (state[c] - point[c]) ** 2
-            if distance < best:
-                best = distance
+            if (sure and not best_sure) or (sure == best_sure and distance < best):
+                best, best_sure = distance, sure
                 out[:] = point
-    return best < np.inf
+    return met
 
 
 @njit

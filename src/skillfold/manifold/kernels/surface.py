@@ -13,6 +13,7 @@ from skillfold.manifold.kernels.small import orthonormalise, remove_along
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 BLENDED = 8  # anchors blended into one surface; the next one sets the width of the blend
 REACH = 1.5  # beyond this many radii a local polynomial goes on along its tangent
@@ -60,11 +61,13 @@ class Trust(NamedTuple):
         spacing: usual distance of a sample from the nearest anchor; farther out nothing was demonstrated.
         doubt: disagreement between anchors that is usual at the anchors themselves.
         cap: longest single step of a projection.
+        sure: (M,) anchors at which the doubt is no larger.
     """
 
     spacing: float
     doubt: float
     cap: float
+    sure: Flags
 
 
 class Scratch(NamedTuple):
@@ -76,6 +79,7 @@ class Scratch(NamedTuple):
     distances: Array
     nearest: Indices
     starts: Indices
+    start_squares: Array
     squares: Array
     offset: Array
     along: Array
@@ -94,7 +98,8 @@ def make_scratch(surface: Surface, field: Field) -> Scratch:
     return Scratch(
         np.empty(M),
         np.zeros(m, np.int64),
-        np.zeros(STARTS, np.int64),
+        np.zeros(min(STARTS, M), np.int64),
+        np.empty(min(STARTS, M)),
         np.empty(m),
         np.empty(D),
         np.empty(d),
@@ -134,24 +139,30 @@ def tangent_basis(field: Field, x: Array, features: Array, basis: Array) -> bool
 def find_nearest(points: Array, x: Array, scratch: Scratch) -> None:
     """The nearest anchors of x, sorted, into scratch.nearest and their squared distances into scratch.squares."""
     D, M = points.shape
-    distances, nearest, squares = scratch.distances, scratch.nearest, scratch.squares
-    m = nearest.size
+    distances = scratch.distances
     distances[:] = 0.0
     for c in range(D):
         for i in range(M):
             distances[i] += (x[c] - points[c, i]) ** 2
-    squares[:] = np.inf
+    smallest(distances, scratch.nearest, scratch.squares)
+
+
+@njit
+def smallest(values: Array, indices: Indices, found: Array) -> None:
+    """The smallest values, sorted, into `found`, and where they stand into `indices`."""
+    m = indices.size
+    found[:] = np.inf
     worst = np.inf
-    for i in range(M):
-        if distances[i] < worst:
+    for i in range(values.size):
+        if values[i] < worst:
             j = m - 1
-            while j > 0 and squares[j - 1] > distances[i]:
-                squares[j] = squares[j - 1]
-                nearest[j] = nearest[j - 1]
+            while j > 0 and found[j - 1] > values[i]:
+                found[j] = found[j - 1]
+                indices[j] = indices[j - 1]
                 j -= 1
-            squares[j] = distances[i]
-            nearest[j] = i
-            worst = squares[m - 1]
+            found[j] = values[i]
+            indices[j] = i
+            worst = found[m - 1]
 
 
 @njit

@@ -1,0 +1,63 @@
+"""The command line: `skillfold fit | info | plan | project | demo | bench`.
+
+Every command is a frozen dataclass: its fields are the options, its `run` does the work and returns the exit
+code. 0: done; 1: a plan that cannot be made; 2: bad input, said in one line; 130: stopped by Ctrl-C. What a
+command reports goes to stdout, everything else (progress, notes, errors) to stderr.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import tyro
+
+from skillfold import __version__
+from skillfold.cli import console
+from skillfold.cli.learning import Fit, Info
+from skillfold.cli.measuring import Bench, Demo
+from skillfold.cli.planning import Plan, Project
+from skillfold.errors import SkillfoldError
+
+DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
+
+DESCRIPTION = (
+    "Show a robot a skill a few times; plan new motions that hold it; bring states back to it. "
+    "Lengths, residuals and distances are in the units of the recordings, angles in radians, times in seconds. "
+    "`skillfold --version` tells the version."
+)
+
+Command = (
+    Annotated[Fit, tyro.conf.subcommand("fit")]
+    | Annotated[Info, tyro.conf.subcommand("info")]
+    | Annotated[Plan, tyro.conf.subcommand("plan")]
+    | Annotated[Project, tyro.conf.subcommand("project")]
+    | Annotated[Demo, tyro.conf.subcommand("demo")]
+    | Annotated[Bench, tyro.conf.subcommand("bench")]
+)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments == ["--version"]:
+        sys.stdout.write(f"skillfold {__version__}\n")
+        return DONE
+    try:
+        return _parsed(arguments or ["--help"]).run()
+    except SystemExit as stop:  # tyro has said why
+        return stop.code if isinstance(stop.code, int) else BAD_INPUT
+    except SkillfoldError as error:
+        console.say(f"error: {error}")
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        console.say("stopped")
+        return STOPPED
+    except BrokenPipeError:  # such as `| head`: nobody reads on, and nothing is wrong
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+
+
+def _parsed(arguments: list[str]) -> Fit | Info | Plan | Project | Demo | Bench:
+    config = (tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
+    return tyro.cli(Command, args=arguments, prog="skillfold", description=DESCRIPTION, config=config)  # type: ignore[return-value]

@@ -1,0 +1,121 @@
+"""What commands say: reports on stdout, as tables or JSON; progress, notes and errors on stderr."""
+
+import json
+import math
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+PLAIN_WIDTH = 120  # of tables that go to a file or a pipe
+
+Progress = Callable[[str, float], None]
+"""Called with a stage and the share of it that is done."""
+
+
+def say(text: str) -> None:
+    """One line to stderr."""
+    sys.stderr.write(f"skillfold: {' '.join(text.split())}\n")
+
+
+def report(facts: Mapping[str, Any], as_json: bool, *tables: Any) -> None:
+    """Facts as JSON, or the tables (facts in two columns where none are given), to stdout."""
+    if as_json:
+        sys.stdout.write(to_json(facts))
+        return
+    out = _console(stderr=False)
+    for table in tables or (facts_table(facts),):
+        out.print(table)
+
+
+def to_json(facts: Any) -> str:
+    """JSON text; NaN and infinities, which JSON has not, become null."""
+    return json.dumps(_finite(facts), indent=2, ensure_ascii=False) + "\n"
+
+
+def facts_table(facts: Mapping[str, Any]) -> Any:
+    """Names and values in two columns; nothing for None and for empty ones."""
+    from rich.table import Table
+    from rich.text import Text
+
+    grid = Table.grid(padding=(0, 2))
+    for name, value in facts.items():
+        if value is not None and value != "" and value != []:
+            grid.add_row(Text(name.replace("_", " "), style="dim"), Text(_shown(value)))
+    return grid
+
+
+def table(title: str, columns: Mapping[str, str], rows: Any) -> Any:
+    """A table with thin rules; `columns` maps headings to "left" or "right"."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading, side in columns.items():
+        made.add_column(heading, justify=side, header_style="dim")  # type: ignore[arg-type]
+    for row in rows:
+        made.add_row(*(cell if isinstance(cell, Text) else Text(str(cell)) for cell in row))
+    return made
+
+
+@contextmanager
+def progress() -> Iterator[Progress]:
+    """A bar on a terminal, one line for each stage elsewhere; on stderr."""
+    err = _console(stderr=True)
+    if not err.is_terminal:
+        yield _stage_lines()
+        return
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(28), TimeElapsedColumn())
+    with Bar(*columns, console=err, transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda stage, share: bar.update(task, description=stage, completed=share)
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Warnings of the library are not shown: commands say in their own words what a user should know."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _stage_lines() -> Progress:
+    told: list[str] = []
+
+    def tell(stage: str, share: float) -> None:
+        if told[-1:] != [stage]:
+            told.append(stage)
+            say(f"{stage} …")
+
+    return tell
+
+
+def _console(stderr: bool) -> Any:
+    from rich.console import Console
+
+    stream = sys.stderr if stderr else sys.stdout
+    width = None if stream.isatty() else PLAIN_WIDTH
+    return Console(file=stream, markup=False, highlight=False, emoji=False, width=width)
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

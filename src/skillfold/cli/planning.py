@@ -1,0 +1,153 @@
+"""`skillfold plan` and `skillfold project`: new motions from a saved skill, and states brought back to it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from skillfold.cli import console, files
+from skillfold.cli.options import Flag, shown
+from skillfold.errors import InputError
+
+if TYPE_CHECKING:
+    from skillfold.demonstrations import Demonstrations
+    from skillfold.manifold.skill import SkillManifold
+    from skillfold.motion import Plan as Planned
+
+DEMONSTRATED = "(demonstrated, where the skill knows whole recordings)"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Plan a motion between two states, each given as numbers or by where it stands; exit code 1 without success."""
+
+    skill: Annotated[Path, tyro.conf.Positional, shown("SKILL.NPZ")]
+    """A saved skill."""
+    start: Annotated[str, shown("STATE")]
+    """First state: numbers such as 0.1,0.2,0.3 (units of the recordings, radians); states.csv:3, a row of a file
+    with a header, counted from 0; or demo:0:first, demo:0:last, demo:0:57 of a recording."""
+    goal: Annotated[str, shown("STATE")]
+    """Last state, in any of these forms."""
+    out: Annotated[Path | None, shown("PATH.CSV", "(nothing is written when left out)")] = None
+    """File for the path: a header and one row per state."""
+    via: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, shown("STATE", "(repeat for more)")] = ()
+    """State to pass through, in order."""
+    points: Annotated[int | None, shown("N", "(50, or 101 along demonstrations)")] = None
+    """States of the path."""
+    route: Annotated[Literal["geodesic", "demonstrated"] | None, shown("{geodesic,demonstrated}", DEMONSTRATED)] = (
+        None
+    )
+    """Shortest path on the manifold, or the way the demonstrations take."""
+    method: Literal["anchored", "leaf"] = "anchored"
+    """Of a geodesic: tied to the data, or the paper's own error alone."""
+    recordings: Annotated[tuple[Path, ...], shown("FILE", "(the skill keeps their first and last states)")] = ()
+    """The recordings that demo:... refers to."""
+    json: Flag = False
+    """Report as JSON, with the states of the path."""
+
+    def run(self) -> int:
+        """Plan, write, report."""
+        out = None if self.out is None else files.writable(self.out)
+        skill = files.load(self.skill)
+        plan = self._plan(skill)
+        if out and plan.success:
+            _write_path(out, skill, plan)
+        told = _facts(plan, out)
+        console.report(
+            {**told, "names": list(skill.names), "states": _states(plan)} if self.json else told, self.json
+        )
+        if not plan.success:
+            console.say(f"no path: {plan.reason}")
+        return 0 if plan.success else 1
+
+    def _plan(self, skill: "SkillManifold") -> "Planned":
+        demos = self._demonstrations(skill)
+        start = files.state("--start", self.start, skill, demos)
+        goal = files.state("--goal", self.goal, skill, demos)
+        via = [files.state("--via", text, skill, demos) for text in self.via] or None
+        return skill.plan(start, goal, self.points, via=via, route=self.route, method=self.method)
+
+    def _demonstrations(self, skill: "SkillManifold") -> "Demonstrations | None":
+        from skillfold.demonstrations import Demonstrations
+
+        if not self.recordings:
+            return None
+        demos = Demonstrations.load(list(self.recordings))
+        if demos.names != skill.names:
+            raise InputError(
+                f"--recordings: coordinates {', '.join(demos.names)}; the skill has {', '.join(skill.names)}. "
+                "demo:0:first and demo:0:last need no recordings."
+            )
+        return demos
+
+
+@dataclass(frozen=True)
+class Project:
+    """Bring states onto a skill and write them as CSV, with how far off they were."""
+
+    skill: Annotated[Path, tyro.conf.Positional, shown("SKILL.NPZ")]
+    """A saved skill."""
+    states: Annotated[Path, tyro.conf.Positional, shown("STATES.CSV")]
+    """A header with the skill's coordinates and one row per state; columns demo and t are kept."""
+    out: Annotated[Path, shown("OUT.CSV")]
+    """File for the projected states; columns distance (from the manifold, in units of the recordings) and inside
+    (1 at the 95 % quantile of held-out samples, more outside) tell of the states as they were given."""
+    method: Literal["anchored", "leaf"] = "anchored"
+    """Onto the modelled surface, or the paper's iteration."""
+    json: Flag = False
+    """Report as JSON."""
+
+    def run(self) -> int:
+        """Read, project, write, report."""
+        from skillfold.io.state_files import read_states, state_columns, write_table
+
+        out = files.writable(self.out)
+        skill = files.load(self.skill)
+        table = read_states(self.states.expanduser(), skill.names)
+        distance, inside = skill.distance(table.states), skill.inside(table.states)
+        onto = skill.project(table.states, method=self.method)
+        measured = {"distance": distance.tolist(), "inside": inside.tolist()}
+        write_table(out, {**table.beside, **state_columns(skill.names, onto), **measured})
+        console.report(_summary(out, skill, distance), self.json)
+        return 0
+
+
+def _write_path(out: Path, skill: "SkillManifold", plan: "Planned") -> None:
+    from skillfold.io.state_files import state_columns, write_table
+
+    write_table(out, state_columns(skill.names, plan.path.states))
+
+
+def _facts(plan: "Planned", out: Path | None) -> dict[str, Any]:
+    return {
+        "success": plan.success,
+        "reason": plan.reason,
+        "route": plan.route,
+        "points": len(plan.path),
+        "length": plan.length,
+        "residual": plan.residual,
+        "iterations": plan.iterations,
+        "converged": plan.converged,
+        "start_moved": plan.start_moved,
+        "goal_moved": plan.goal_moved,
+        "out": str(out) if out and plan.success else None,
+    }
+
+
+def _states(plan: "Planned") -> list[list[float]] | None:
+    """A path that failed its check is not handed out."""
+    return plan.path.states.tolist() if plan.success else None
+
+
+def _summary(out: Path, skill: "SkillManifold", distance: Any) -> dict[str, Any]:
+    from numpy import median
+
+    return {
+        "states": len(distance),
+        "median_distance": float(median(distance)),
+        "largest_distance": float(distance.max()),
+        "within_tolerance": int((distance <= skill.tolerance).sum()),
+        "tolerance": skill.tolerance,
+        "out": str(out),
+    }

@@ -1,0 +1,104 @@
+"""Geodesic kernels against their twins on random models."""
+
+import numpy as np
+import pytest
+
+from manifold import twins
+from manifold.random_models import SHAPES, random_model
+from skillfold.manifold.kernels import geodesic, projection
+
+
+@pytest.fixture(params=SHAPES, ids=str, scope="module")
+def model(request):
+    return random_model(23, *request.param)
+
+
+@pytest.fixture(scope="module")
+def ends(model):
+    """Pairs of states on the surface, far from each other."""
+    anchors = model.surface.points.T
+    pairs = []
+    for i in model.rng.choice(len(anchors), 5, replace=False):
+        far = np.linalg.norm(anchors - anchors[i], axis=1).argsort()[-3]
+        on, _ = projection.project_states(model.surface, model.field, model.trust, anchors[[i, far]])
+        pairs.append((on[0], on[1]))
+    return pairs
+
+
+@pytest.mark.parametrize(("step", "limit"), [(0.1, 200), (0.3, 200), (0.05, 6), (10.0, 4)])
+def test_grow_path(model, ends, step, limit):
+    for start, goal in ends:
+        grown = np.empty((limit, len(start)))
+        count = geodesic.grow_path(model.surface, model.field, start, goal, step, grown)
+        expected = twins.grow_path(model.surface, model.field, start, goal, step, limit)
+        assert count == (0 if expected is None else len(expected))
+        if expected is not None:
+            np.testing.assert_allclose(grown[:count], expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("count", [2, 3, 17, 100])
+def test_resample(count):
+    rng = np.random.default_rng(count)
+    path = rng.normal(size=(12, 3)).cumsum(0)
+    path[4] = path[3]  # a pause
+    out = np.empty((count, 3))
+    geodesic.resample(path, out)
+    np.testing.assert_allclose(out, twins.resample(path, count), atol=1e-12)
+    np.testing.assert_array_equal(out[[0, -1]], path[[0, -1]])
+
+
+def test_resample_of_a_path_without_length():
+    out = np.empty((5, 2))
+    geodesic.resample(np.ones((3, 2)), out)
+    np.testing.assert_array_equal(out, np.ones((5, 2)))
+
+
+def bent(start, goal, n, rng):
+    """A first path beside the straight line, its ends as given."""
+    share = np.linspace(0.0, 1.0, n)[:, None]
+    return start + share * (goal - start) + 0.05 * np.sin(np.pi * share) * rng.normal(size=start.shape)
+
+
+@pytest.mark.parametrize(("n", "cap"), [(3, 0.3), (4, 0.3), (12, 0.3), (12, 0.01)])
+def test_one_step_of_relax(model, ends, n, cap):
+    for start, goal in ends:
+        path = bent(start, goal, n, model.rng)
+        expected, moved, off = twins.relax_step(model.surface, model.field, path, cap)
+        found = geodesic.relax(model.surface, model.field, path, 0.0, cap, 1)
+        assert found == pytest.approx((1, moved, off), abs=1e-10)
+        np.testing.assert_allclose(path, expected, atol=1e-10)
+
+
+def test_relax_until_it_settles(model, ends):
+    for start, goal in ends:
+        path = bent(start, goal, 10, model.rng)
+        expected, iterations, _, _ = twins.relax(model.surface, model.field, path, 1e-9, 0.3, 30)
+        found = geodesic.relax(model.surface, model.field, path, 1e-9, 0.3, 30)
+        assert found[0] == iterations < 30
+        np.testing.assert_allclose(path, expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("n", [3, 4, 12])
+def test_one_step_of_relax_on_field(model, ends, n):
+    for start, goal in ends:
+        path = bent(start, goal, n, model.rng)
+        expected, _, moved = twins.relax_on_field(model.field, path, 0.0, 1)
+        found = geodesic.relax_on_field(model.field, path, 0.0, 1)
+        assert found == pytest.approx((1, moved), abs=1e-10)
+        np.testing.assert_allclose(path, expected, atol=1e-10)
+
+
+def test_relax_on_field_until_it_settles(model, ends):
+    for start, goal in ends:
+        path = bent(start, goal, 10, model.rng)
+        expected, iterations, _ = twins.relax_on_field(model.field, path, 1e-9, 50)
+        found = geodesic.relax_on_field(model.field, path, 1e-9, 50)
+        assert found[0] == iterations < 50
+        np.testing.assert_allclose(path, expected, atol=1e-10)
+
+
+def test_normal_projector(model):
+    basis, _ = twins.tangent_basis(model.field, model.states(1)[0])
+    out = np.empty((basis.shape[1], basis.shape[1]))
+    geodesic.normal_projector(basis, out)
+    np.testing.assert_allclose(out, np.eye(len(out)) - basis.T @ basis, atol=1e-14)

@@ -1,0 +1,115 @@
+"""Projection kernels against their twins on random models."""
+
+import numpy as np
+import pytest
+
+from manifold import twins
+from manifold.random_models import SHAPES, random_model
+from skillfold.manifold.kernels import projection
+from skillfold.manifold.kernels.surface import displacement, make_scratch
+
+
+@pytest.fixture(params=SHAPES, ids=str, scope="module")
+def model(request):
+    return random_model(11, *request.param)
+
+
+def arrays(model):
+    return model.surface, model.field
+
+
+def test_trusted(model):
+    scratch = make_scratch(*arrays(model))
+    verdicts = []
+    for x in model.states(40, 0.4):
+        square = displacement(*arrays(model), x, scratch, np.empty(len(x)))
+        _, _, nearest, doubt = twins.displacement(*arrays(model), x)
+        verdicts.append(nearest <= model.trust.spacing**2 and doubt <= model.trust.doubt)
+        assert projection.trusted(square, model.trust, scratch) == verdicts[-1]
+    assert {True, False} == set(verdicts)
+
+
+@pytest.mark.parametrize("bounded", [False, True])
+def test_descend(model, bounded):
+    states, starts = model.states(10, 0.3), model.states(10, 0.0)
+    scratch, work = make_scratch(*arrays(model)), np.empty((4, states.shape[1]))
+    for state, start in zip(states, starts, strict=True):
+        point = start.copy()
+        met = projection.descend(*arrays(model), model.trust, bounded, state, point, scratch, work)
+        expected, good = twins.descend(*arrays(model), model.trust, bounded, state, start)
+        assert met == good
+        np.testing.assert_allclose(point, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("spread", [0.02, 0.3, 2.0])
+def test_project_state_alone_and_in_batches(model, spread):
+    states = model.states(6, spread)
+    points, met = projection.project_states(*arrays(model), model.trust, states)
+    scratch, work = make_scratch(*arrays(model)), np.empty((4, states.shape[1]))
+    for state, point, good in zip(states, points, met, strict=True):
+        expected, found = twins.project_state(*arrays(model), model.trust, state)
+        assert good == found
+        np.testing.assert_allclose(point, expected, atol=1e-9)
+        out = np.empty(len(state))
+        assert projection.project_state(*arrays(model), model.trust, state, scratch, work, out) == good
+        np.testing.assert_array_equal(out, point)
+
+
+def test_project_near(model):
+    states, starts = model.states(10, 0.2), model.states(10, 0.05)
+    given = starts.copy()
+    points, met = projection.project_near(*arrays(model), model.trust, states, starts)
+    np.testing.assert_array_equal(starts, given)
+    for i, state in enumerate(states):
+        expected, good = twins.descend(*arrays(model), model.trust, False, state, starts[i])
+        assert met[i] == good
+        np.testing.assert_allclose(points[i], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(("rate", "steps"), [(0.1, 300), (0.7, 7), (1.0, 0)])
+def test_follow_leaf(model, rate, steps):
+    states, starts = model.states(6, 0.2), model.states(6, 0.0)
+    found = projection.follow_leaf(model.field, states, starts, rate, steps)
+    expected = [twins.follow_leaf(model.field, *pair, rate, steps) for pair in zip(states, starts, strict=True)]
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_tangent_bases(model):
+    states = model.states(10, 1.0)
+    expected = [twins.tangent_basis(model.field, x)[0] for x in states]
+    np.testing.assert_allclose(projection.tangent_bases(model.field, states), expected, atol=1e-10)
+
+
+def test_displacements(model):
+    states = model.states(10, 0.5)
+    expected = [twins.displacement(*arrays(model), x) for x in states]
+    normals, nearest = projection.displacements(*arrays(model), states)
+    np.testing.assert_allclose(normals, [e[0] for e in expected], atol=1e-10)
+    np.testing.assert_allclose(nearest, [np.sqrt(e[2]) for e in expected], atol=1e-10)
+
+
+def test_distances(model):
+    states = model.states(10, 0.3)
+    expected = [twins.distance(*arrays(model), model.trust, x) for x in states]
+    np.testing.assert_allclose(projection.distances(*arrays(model), model.trust, states), expected, atol=1e-9)
+
+
+def test_distances_next_to_the_surface(model):
+    """Where the displacement is taken for the distance."""
+    on, met = projection.project_states(*arrays(model), model.trust, model.states(20, 0.05))
+    assert met.any()
+    states = on[met] + 1e-7 * model.rng.normal(size=on[met].shape)
+    expected = [twins.distance(*arrays(model), model.trust, x) for x in states]
+    np.testing.assert_allclose(projection.distances(*arrays(model), model.trust, states), expected, atol=1e-10)
+
+
+def test_nearest_distances(model):
+    states = model.states(10, 0.5)
+    expected = np.linalg.norm(states[:, None] - model.surface.points.T, axis=2).min(1)
+    np.testing.assert_allclose(projection.nearest_distances(model.surface, states), expected, atol=1e-12)
+
+
+def test_doubts(model):
+    states = model.states(10, 0.5)
+    expected = [twins.displacement(*arrays(model), x)[3] for x in states]
+    np.testing.assert_allclose(projection.doubts(*arrays(model), states), expected, atol=1e-7)

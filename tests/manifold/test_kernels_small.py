@@ -1,0 +1,102 @@
+"""Kernels of small linear algebra against NumPy; and that no kernel goes without a twin."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from manifold import twins
+from skillfold.manifold.kernels import geodesic, projection, small, surface
+
+SIZES = [(1, 2), (1, 5), (2, 3), (3, 7), (4, 4)]
+
+
+@pytest.fixture(params=SIZES, ids=str)
+def rows_and_rng(request):
+    rng = np.random.default_rng(request.param[1])
+    d, D = request.param
+    return np.ascontiguousarray(np.linalg.qr(rng.normal(size=(D, d)))[0].T), rng
+
+
+@pytest.mark.parametrize("module", [small, surface, projection, geodesic], ids=lambda m: m.__name__.split(".")[-1])
+def test_every_kernel_is_tested(module):
+    kernels = {n for n, f in vars(module).items() if hasattr(f, "py_func") and f.py_func.__module__ == module.__name__}
+    name = module.__name__.split(".")[-1]
+    text = (Path(__file__).parent / f"test_kernels_{name}.py").read_text(encoding="utf-8")
+    assert kernels
+    assert {kernel for kernel in kernels if f"{name}.{kernel}(" not in text} == set()
+
+
+def test_norm(rows_and_rng):
+    vector = rows_and_rng[1].normal(size=7)
+    assert small.norm(vector) == pytest.approx(np.linalg.norm(vector), abs=1e-14)
+
+
+def test_components(rows_and_rng):
+    rows, rng = rows_and_rng
+    vector, out = rng.normal(size=rows.shape[1]), np.empty(len(rows))
+    small.components(rows, vector, out)
+    np.testing.assert_allclose(out, rows @ vector, atol=1e-14)
+
+
+def test_remove_along(rows_and_rng):
+    rows, rng = rows_and_rng
+    vector = rng.normal(size=rows.shape[1])
+    found = vector.copy()
+    small.remove_along(rows, found, np.empty(len(rows)))
+    np.testing.assert_allclose(found, vector - rows.T @ rows @ vector, atol=1e-14)
+
+
+def test_keep_along(rows_and_rng):
+    rows, rng = rows_and_rng
+    vector = rng.normal(size=rows.shape[1])
+    found = vector.copy()
+    small.keep_along(rows, found, np.empty(len(rows)))
+    np.testing.assert_allclose(found, rows.T @ rows @ vector, atol=1e-14)
+
+
+@pytest.mark.parametrize(("d", "D"), SIZES)
+@pytest.mark.parametrize("seed", range(5))
+def test_orthonormalise(d, D, seed):
+    rng = np.random.default_rng(seed)
+    basis = rng.normal(size=(d, D)) * 10.0 ** rng.uniform(-8, 8, (d, 1))
+    expected, full_rank = twins.orthonormalise(basis)
+    assert small.orthonormalise(basis) == full_rank
+    np.testing.assert_allclose(basis, expected, atol=1e-10)
+    np.testing.assert_allclose(basis @ basis.T, np.eye(d), atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "basis",
+    [
+        [[0.0, 0.0, 0.0]],
+        [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]],
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+        [[1.0, 2.0, 3.0], [-2.0, -4.0, -6.0], [0.5, 1.0, 1.5]],
+        [[0.0, 3.0, 0.0], [0.0, 1.0, 0.0]],
+    ],
+)
+def test_orthonormalise_puts_axes_in_for_dependent_rows(basis):
+    basis = np.array(basis)
+    expected, full_rank = twins.orthonormalise(basis)
+    assert not full_rank
+    assert not small.orthonormalise(basis)
+    np.testing.assert_allclose(basis, expected, atol=1e-12)
+    np.testing.assert_allclose(basis @ basis.T, np.eye(len(basis)), atol=1e-14)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_orthonormalise_ends_on_values_that_are_not_finite(value):
+    basis = np.array([[1.0, value, 0.0], [0.0, 1.0, 0.0]])
+    assert not small.orthonormalise(basis)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 5])
+@pytest.mark.parametrize("m", [1, 4])
+def test_solve_in_place(d, m):
+    rng = np.random.default_rng(10 * d + m)
+    matrix, right = rng.normal(size=(d, d)), rng.normal(size=(d, m))
+    matrix[0, 0] = 0.0 if d > 1 else matrix[0, 0]  # pivots must be looked for
+    expected = np.linalg.solve(matrix, right)
+    small.solve_in_place(matrix.copy(), right)
+    np.testing.assert_allclose(right, expected, atol=1e-10)

@@ -1,0 +1,180 @@
+"""Training of the tangent field against brute force and NumPy's least squares."""
+
+import numpy as np
+import pytest
+
+from skillfold.experiments.point_sets import draw_sphere
+from skillfold.experiments.synthetic import smooth_manifold
+from skillfold.manifold import tangent
+from skillfold.manifold.anchors import fit_surfaces
+from skillfold.manifold.features import Features
+from skillfold.manifold.graph import align_frames, build_graph
+from skillfold.manifold.tangent import alignment, smoothness_matrix, train
+
+
+@pytest.fixture(scope="module")
+def sphere():
+    """Samples, edges, aligned frames and features of a sphere."""
+    return prepared(draw_sphere(300, np.random.default_rng(0)), 2, 30)
+
+
+def prepared(samples, dim, kernels):
+    graph = build_graph(samples, 8)
+    neighbours = np.linalg.norm(samples[:, None] - samples, axis=2).argsort(1)[:, :20]
+    frames = align_frames(fit_surfaces(samples, samples, neighbours, dim, 2).tangents, graph)
+    return samples, graph.edges, frames, Features.place(samples, kernels, 0)
+
+
+def problem(samples, edges, features, ridge):
+    first, second = samples[edges[:, 0]], samples[edges[:, 1]]
+    steps = second - first
+    values = features((first + second) / 2)
+    smooth = smoothness_matrix(values, edges, len(samples))
+    return tangent._Problem(values, steps / np.sqrt((steps**2).mean()), smooth, ridge)
+
+
+def test_smoothness_matrix_is_the_double_sum_over_edges_that_share_a_sample():
+    rng = np.random.default_rng(0)
+    edges = np.array([[0, 1], [1, 2], [0, 2], [2, 3], [3, 4], [1, 4]])
+    values = rng.uniform(size=(len(edges), 4))
+    weights = rng.normal(size=(4, 3))
+    expected = 0.0
+    for sample in range(5):
+        here = [e for e in range(len(edges)) if sample in edges[e]]
+        for place, e in enumerate(here):
+            expected += sum((((values[e] - values[f]) @ weights) ** 2).sum() for f in here[place + 1 :])
+    matrix = smoothness_matrix(values, edges, 5)
+    assert np.trace(weights.T @ matrix @ weights) == pytest.approx(expected, rel=1e-10)
+    assert np.linalg.eigvalsh(matrix).min() > -1e-12
+
+
+@pytest.mark.parametrize("ridge", [1e-6, 1e-2, 3.0])
+def test_alignment_is_the_ridge_solution(ridge):
+    rng = np.random.default_rng(0)
+    H, steps = rng.normal(size=(9, 5, 2)), rng.normal(size=(9, 5))
+    found = alignment(H, steps, ridge)
+    for e in range(9):
+        rows = np.vstack([H[e], np.sqrt(ridge) * np.eye(2)])
+        expected = np.linalg.lstsq(rows, np.r_[steps[e], 0.0, 0.0], rcond=None)[0]
+        np.testing.assert_allclose(found[e], expected, atol=1e-12)
+
+
+def test_weights_are_the_ridge_solution(sphere):
+    samples, edges, _, features = sphere
+    posed = problem(samples, edges, features, 1e-3)
+    eps = np.random.default_rng(1).normal(size=(len(edges), 2))
+    rows = np.einsum("ea,ek->eak", eps, posed.values).reshape(len(edges), -1)
+    root = np.linalg.cholesky(posed.smoothness + 1e-12 * np.eye(30)).T
+    penalty = np.sqrt(posed.ridge) * np.kron(np.eye(2), root)
+    stacked = np.vstack([posed.steps, np.zeros((60, 3))])
+    expected = np.linalg.lstsq(np.vstack([rows, penalty]), stacked, rcond=None)[0].reshape(2, 30, 3)
+    found = tangent._solve_weights(posed, eps)
+    # The values of the fitted field, which are well determined where single weights are not.
+    np.testing.assert_allclose(
+        np.einsum("ek,akc->eac", posed.values, found), np.einsum("ek,akc->eac", posed.values, expected), atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("ridge", [1e-6, 1e-4, 1e-2])
+@pytest.mark.parametrize("start", ["frames", "random"])
+def test_the_objective_never_rises(sphere, ridge, start):
+    """Every part of an iteration lowers it: alignment, gauge balance with alignment, weights."""
+    samples, edges, frames, features = sphere
+    posed = problem(samples, edges, features, ridge)
+    rng = np.random.default_rng(0)
+    weights = rng.normal(size=(2, 30, 3))
+    if start == "frames":
+        weights = tangent._regress(posed, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2)
+    eps = alignment(tangent._field(posed, weights), posed.steps, ridge)
+    values = [tangent.objective(posed, weights, eps)]
+    for _ in range(15):
+        weights = tangent._balance(posed, weights, eps)
+        eps = alignment(tangent._field(posed, weights), posed.steps, ridge)
+        values.append(tangent.objective(posed, weights, eps))
+        weights = tangent._solve_weights(posed, eps)
+        values.append(tangent.objective(posed, weights, eps))
+        eps = alignment(tangent._field(posed, weights), posed.steps, ridge)
+        values.append(tangent.objective(posed, weights, eps))
+    assert (np.diff(values) <= 1e-9 * values[0]).all()
+    assert values[-1] < 0.5 * values[0]
+
+
+def test_objective_is_the_sum_it_says(sphere):
+    samples, edges, _, features = sphere
+    posed = problem(samples, edges, features, 0.1)
+    rng = np.random.default_rng(0)
+    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(len(edges), 2))
+    H = np.einsum("ek,akc->eca", posed.values, weights)
+    pairs = 0.0
+    for sample in range(len(samples)):
+        here = H[(edges == sample).any(1)]
+        pairs += ((here[:, None] - here) ** 2).sum() / 2
+    misfit = ((np.einsum("eca,ea->ec", H, eps) - posed.steps) ** 2).sum()
+    expected = (misfit + 0.1 * ((eps**2).sum() + pairs)) / len(edges)
+    assert tangent.objective(posed, weights, eps) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_gauge_changes_no_product(sphere):
+    samples, edges, _, features = sphere
+    posed = problem(samples, edges, features, 1e-4)
+    rng = np.random.default_rng(0)
+    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(len(edges), 2)) * [1.0, 50.0]
+    turned = tangent._balance(posed, weights, eps)
+    H, G = tangent._field(posed, weights), tangent._field(posed, turned)
+    for e in range(0, len(edges), 50):
+        projector = H[e] @ np.linalg.pinv(H[e])
+        np.testing.assert_allclose(G[e] @ np.linalg.pinv(G[e]), projector, atol=1e-9)
+
+
+def test_field_spans_the_tangents_of_a_sphere(sphere):
+    samples, edges, frames, features = sphere
+    field = train(features, samples, edges, frames, 1e-5, 0)
+    x = draw_sphere(200, np.random.default_rng(5))
+    basis = np.linalg.qr(field(x))[0]
+    normal = np.abs(np.einsum("nc,nca->na", x, basis))
+    # The sine of the angle between each tangent and the true tangent plane.
+    assert np.median(normal) < 0.02
+    assert np.quantile(normal, 0.95) < 0.1
+
+
+@pytest.mark.parametrize(("D", "d"), [(3, 2), (5, 2), (6, 3)])
+def test_training_settles_and_spans_held_out_steps(D, d):
+    samples, edges, frames, features = prepared(smooth_manifold(250, D, d, np.random.default_rng(D)), d, 15)
+    held = np.random.default_rng(0).random(len(edges)) < 0.2
+    field = train(features, samples, edges[~held], frames, 1e-5, 0)
+    assert field.converged
+    assert 1 <= field.iterations <= tangent.ITERATIONS
+    a, b = samples[edges[held, 0]], samples[edges[held, 1]]
+    residual = field.residual((a + b) / 2, b - a)
+    assert np.sqrt((residual**2).mean()) < 0.1 * np.sqrt(((b - a) ** 2).sum(1).mean())
+
+
+def test_residual_is_what_an_orthonormal_basis_leaves(sphere):
+    samples, edges, frames, features = sphere
+    field = train(features, samples, edges, frames, 1e-5, 0)
+    x, steps = samples[:20], np.random.default_rng(0).normal(size=(20, 3))
+    for i in range(20):
+        fitted = np.linalg.lstsq(field(x[i]), steps[i], rcond=None)[0]
+        expected = np.linalg.norm(steps[i] - field(x[i]) @ fitted)
+        assert field.residual(x[i : i + 1], steps[i : i + 1])[0] == pytest.approx(expected, abs=1e-10)
+
+
+def test_best_start_wins_and_scale_does_not_matter(sphere):
+    samples, edges, frames, features = sphere
+    alone = train(features, samples, edges, frames, 1e-4, 0, restarts=0)
+    field = train(features, samples, edges, frames, 1e-4, 0)
+    assert field.objective <= alone.objective * (1 + 1e-9)
+    larger = train(
+        Features(100 * features.centres, 100 * features.width), 100 * samples, edges, frames, 1e-4, 0, restarts=0
+    )
+    assert larger.objective == pytest.approx(alone.objective, rel=1e-6)
+    np.testing.assert_allclose(larger(100 * samples[:5]), 100 * alone(samples[:5]), rtol=1e-5, atol=1e-5)
+
+
+def test_a_dimension_too_large_stays_finite():
+    t = np.linspace(0, 1, 60)
+    samples, edges, frames, features = prepared(np.column_stack([t, 2 * t, -t]), 2, 5)
+    field = train(features, samples, edges, frames, 1e-5, 0)
+    assert np.isfinite(field.weights).all()
+    step = field.residual(samples[:5], samples[1:6] - samples[:5])
+    np.testing.assert_allclose(step, 0.0, atol=1e-6)
