@@ -7,7 +7,8 @@ import hashlib
 import io
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -43,8 +44,8 @@ def write(path: str | PathLike[str], header: Mapping[str, Any], arrays: Mapping[
     body = buffer.getvalue()[:-SEAL]
     try:
         Path(path).write_bytes(body + _seal(body))
-    except OSError as error:
-        raise SkillFileError(f"{path}: cannot be written: {error.strerror or error}.") from None
+    except (OSError, TypeError, ValueError) as error:  # no path at all, or one with a zero byte
+        raise SkillFileError(f"{path}: cannot be written: {_words(error)}.") from None
 
 
 def read(path: str | PathLike[str], kind: str) -> tuple[dict[str, Any], Arrays]:
@@ -55,44 +56,58 @@ def read(path: str | PathLike[str], kind: str) -> tuple[dict[str, Any], Arrays]:
     """
     try:
         data = Path(path).read_bytes()
-    except OSError as error:
-        raise SkillFileError(f"{path}: cannot be read: {error.strerror or error}.") from None
+    except (OSError, TypeError, ValueError) as error:
+        raise SkillFileError(f"{path}: cannot be read: {_words(error)}.") from None
     if len(data) <= SEAL or _seal(data[:-SEAL]) != data[-SEAL:]:
         raise SkillFileError(
             f"{path}: damaged, cut short, or not saved by skillfold: its checksum does not fit. Save it again."
         )
-    arrays = _unpack(path, data)
-    header = _header(path, arrays.pop(HEADER, None))
+    with blaming(path, "not an archive of plain arrays"):
+        arrays = _unpack(data)
+        header = _header(arrays.pop(HEADER, None))
     if header.get("kind") != kind:
         raise SkillFileError(f"{path}: holds {header.get('kind')!r}, expected {kind!r}.")
     return header, arrays
+
+
+@contextmanager
+def blaming(path: Any, what: str) -> Iterator[None]:
+    """Whatever goes wrong while a file's content is read becomes a `SkillFileError` that names the file.
+
+    Hostile bytes make each library below fail in its own way (zlib, lzma, the parser of NumPy's headers, memory):
+    a list of kinds would never be complete.
+    """
+    try:
+        yield
+    except Exception as error:
+        raise SkillFileError(f"{path}: {what}: {_words(error)}.") from None
+
+
+def _words(error: Exception) -> str:
+    text = str(getattr(error, "strerror", None) or error) or type(error).__name__
+    return text.removesuffix(".")
 
 
 def _seal(body: bytes) -> bytes:
     return hashlib.sha256(body).hexdigest().encode()
 
 
-def _unpack(path: Any, data: bytes) -> Arrays:
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            size = sum(info.file_size for info in archive.infolist())
-            if size > LARGEST:
-                raise SkillFileError(f"{path}: unpacks to {size} bytes, more than {LARGEST}.")
-            return {
-                name.removesuffix(".npy"): np.lib.format.read_array(
-                    io.BytesIO(archive.read(name)), allow_pickle=False
-                )
-                for name in archive.namelist()
-            }
-    except (ValueError, zipfile.BadZipFile, EOFError, KeyError, OSError, NotImplementedError) as error:
-        raise SkillFileError(f"{path}: not an archive of plain arrays: {error}.") from None
+def _unpack(data: bytes) -> Arrays:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        size = sum(info.file_size for info in archive.infolist())
+        if size > LARGEST:
+            raise ValueError(f"it unpacks to {size} bytes, more than {LARGEST}")
+        return {
+            name.removesuffix(".npy"): np.lib.format.read_array(io.BytesIO(archive.read(name)), allow_pickle=False)
+            for name in archive.namelist()
+        }
 
 
-def _header(path: Any, text: Any) -> dict[str, Any]:
+def _header(text: Any) -> dict[str, Any]:
     try:
         header = json.loads(str(text))
     except (ValueError, RecursionError) as error:
-        raise SkillFileError(f"{path}: no readable header: {error}.") from None
+        raise ValueError(f"no readable header: {error}") from None
     if not isinstance(header, dict):
-        raise SkillFileError(f"{path}: the header is no JSON object.")
+        raise ValueError("the header is no JSON object")
     return header

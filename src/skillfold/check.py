@@ -51,7 +51,9 @@ class Check:
     jump_at: int
 
 
-def check_path(states: Array, constraint: Constraint, tolerance: float, space: StateSpace) -> Check:
+def check_path(
+    states: Array, constraint: Constraint, tolerance: float, space: StateSpace, still: float = 0.0
+) -> Check:
     """Check residual, support, continuity and limits of a path (n, D).
 
     A path whose ends the user put outside the demonstrations may lie as far outside as they do.
@@ -61,6 +63,8 @@ def check_path(states: Array, constraint: Constraint, tolerance: float, space: S
         constraint: what the path should hold.
         tolerance: largest distance from its surface.
         space: coordinates and their limits.
+        still: a step this short is no jump, however short the others are: a path that stays where it is steps from
+            its given ends onto the surface and back.
     """
     distance = np.asarray(constraint.distance(states))
     outside = np.asarray(constraint.inside(states))
@@ -76,7 +80,7 @@ def check_path(states: Array, constraint: Constraint, tolerance: float, space: S
         reason = f"State {a} lies {distance[a]:.2g} off the manifold, more than {tolerance:.2g}."
     elif not outside[b] <= allowed:
         reason = f"State {b} lies outside the demonstrations, {outside[b]:.1f} times as far as is usual."
-    elif not jumps[c] <= JUMP:
+    elif not (jumps[c] <= JUMP or steps[c] <= still):
         reason = f"The path jumps after state {c}, {jumps[c]:.1f} times its mean step."
     elif not within.all():
         reason = f"State {int(within.argmin())} breaks the limits of its coordinates."

@@ -11,9 +11,16 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def _frozen(values: Any, name: str, ndim: int) -> Array:
-    array = np.array(values, dtype=np.float64)
+    expected = f"{name}: expected {ndim} dimensions of finite numbers"
+    try:
+        given = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{expected}: {error}.") from None
+    if given.size and given.dtype.kind not in "iuf":  # text, flags, complex numbers
+        raise InputError(f"{expected}, got an array of {given.dtype}.")
+    array = np.array(given, dtype=np.float64)
     if array.ndim != ndim or not np.isfinite(array).all():
-        raise InputError(f"{name}: expected {ndim} dimensions of finite numbers, got shape {array.shape}.")
+        raise InputError(f"{expected}, got shape {array.shape}.")
     array.flags.writeable = False
     return array
 

@@ -78,6 +78,30 @@ def test_relax_until_it_settles(model, ends):
         np.testing.assert_allclose(path, expected, atol=1e-10)
 
 
+@pytest.mark.parametrize("step", [0.1, 0.3])
+def test_solve_geodesic(model, ends, step):
+    for start, goal in ends:
+        path = np.empty((8, len(start)))
+        found = geodesic.solve_geodesic(model.surface, model.field, start, goal, step, path, 1e-9, 0.3, 30)
+        grown = twins.grow_path(model.surface, model.field, start, goal, step, geodesic.GROWN)
+        if grown is None:
+            assert found == (0, np.inf)
+            continue
+        first = twins.resample(grown, 8)
+        expected, iterations, _, _ = twins.relax(model.surface, model.field, first, 1e-9, 0.3, 30)
+        assert found[0] == iterations < 30
+        assert found[1] < 1e-9
+        np.testing.assert_allclose(path, expected, atol=1e-9)
+
+
+def test_solve_geodesic_says_where_ends_do_not_meet(model, ends):
+    start, goal = ends[0]
+    path = np.full((5, len(start)), 7.0)
+    tiny = np.linalg.norm(goal - start) / 1e5  # more steps than a first path may have
+    assert geodesic.solve_geodesic(model.surface, model.field, start, goal, tiny, path, 1e-9, 0.3, 30) == (0, np.inf)
+    np.testing.assert_array_equal(path, 7.0)
+
+
 @pytest.mark.parametrize("n", [3, 4, 12])
 def test_one_step_of_relax_on_field(model, ends, n):
     for start, goal in ends:

@@ -41,6 +41,17 @@ def test_descend(model, bounded):
         np.testing.assert_allclose(point, expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("sure", [0, 2, None])
+def test_find_starts(model, sure):
+    """With no sure anchors, with two, and with as many as there are."""
+    flags = model.trust.sure if sure is None else np.arange(len(model.trust.sure)) < sure
+    trust = model.trust._replace(sure=flags)
+    scratch = make_scratch(*arrays(model))
+    for state in model.states(10, 0.5):
+        projection.find_starts(model.surface, trust, state, scratch)
+        np.testing.assert_array_equal(scratch.starts, twins.starts(model.surface, trust, state))
+
+
 @pytest.mark.parametrize("spread", [0.02, 0.3, 2.0])
 def test_project_state_alone_and_in_batches(model, spread):
     states = model.states(6, spread)
@@ -88,19 +99,22 @@ def test_displacements(model):
     np.testing.assert_allclose(nearest, [np.sqrt(e[2]) for e in expected], atol=1e-10)
 
 
-def test_distances(model):
-    states = model.states(10, 0.3)
+@pytest.mark.parametrize("spread", [0.0, 0.3])
+def test_judge(model, spread):
+    states = model.states(10, spread)
     expected = [twins.distance(*arrays(model), model.trust, x) for x in states]
-    np.testing.assert_allclose(projection.distances(*arrays(model), model.trust, states), expected, atol=1e-9)
+    off, nearest = projection.judge(*arrays(model), model.trust, states)
+    np.testing.assert_allclose(off, expected, atol=1e-9)
+    np.testing.assert_allclose(nearest, projection.nearest_distances(model.surface, states), atol=1e-12)
 
 
-def test_distances_next_to_the_surface(model):
+def test_judge_next_to_the_surface(model):
     """Where the displacement is taken for the distance."""
     on, met = projection.project_states(*arrays(model), model.trust, model.states(20, 0.05))
     assert met.any()
     states = on[met] + 1e-7 * model.rng.normal(size=on[met].shape)
     expected = [twins.distance(*arrays(model), model.trust, x) for x in states]
-    np.testing.assert_allclose(projection.distances(*arrays(model), model.trust, states), expected, atol=1e-10)
+    np.testing.assert_allclose(projection.judge(*arrays(model), model.trust, states)[0], expected, atol=1e-10)
 
 
 def test_nearest_distances(model):

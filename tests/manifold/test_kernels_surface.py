@@ -19,6 +19,7 @@ def test_make_scratch(model):
     scratch = surface.make_scratch(model.surface, model.field)
     assert scratch.distances.shape == (M,)
     assert scratch.nearest.shape == scratch.squares.shape == (min(8, M - 1) + 1,)
+    assert scratch.starts.shape == scratch.start_squares.shape == (4,)
     assert scratch.basis.shape == (model.field.weights.shape[0], D)
 
 
@@ -46,6 +47,22 @@ def test_find_nearest(model):
         order, square = twins.nearest(model.surface.points, x)
         np.testing.assert_array_equal(scratch.nearest, order)
         np.testing.assert_allclose(scratch.squares, square, atol=1e-12)
+
+
+@pytest.mark.parametrize(("count", "wanted"), [(20, 1), (20, 5), (5, 5), (1, 1)])
+def test_smallest(count, wanted):
+    values = np.random.default_rng(count).normal(size=count)
+    indices, found = np.zeros(wanted, np.int64), np.empty(wanted)
+    surface.smallest(values, indices, found)
+    np.testing.assert_array_equal(indices, values.argsort()[:wanted])
+    np.testing.assert_array_equal(found, np.sort(values)[:wanted])
+
+
+def test_smallest_passes_over_infinities():
+    indices, found = np.full(3, 7), np.empty(3)
+    surface.smallest(np.array([np.inf, 2.0, np.inf, 1.0]), indices, found)
+    np.testing.assert_array_equal(indices, [3, 1, 7])
+    np.testing.assert_array_equal(found, [1.0, 2.0, np.inf])
 
 
 @pytest.mark.parametrize("spread", [0.1, 3.0])

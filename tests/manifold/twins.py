@@ -114,6 +114,15 @@ def descend(surface, field, trust, bounded, state, point):
     return point, bool(off < 1e-7)
 
 
+def starts(surface, trust, state):
+    """The nearest sure anchors; where they are fewer than wanted, filled up with the nearest of all."""
+    square = ((surface.points - state[:, None]) ** 2).sum(0)
+    order = np.argsort(square, kind="stable")
+    sure = [i for i in order if trust.sure[i]]
+    wanted = min(STARTS, len(order))
+    return (sure + [order[0]] * wanted)[:wanted]
+
+
 def project_state(surface, field, trust, state):
     """The closest trusted point of the surface, and whether one was met."""
     order, _ = nearest(surface.points, state)
@@ -121,12 +130,18 @@ def project_state(surface, field, trust, state):
         point, met = descend(surface, field, trust, False, state, state)
         if met:
             return point, True
-    anchors = surface.points.T[order[:STARTS]]
+    anchors = surface.points.T[starts(surface, trust, state)]
     found = [descend(surface, field, trust, True, state, anchor) for anchor in anchors]
     met = [point for point, good in found if good]
     if not met:
         return anchors[0], False
-    return min(met, key=lambda point: np.linalg.norm(state - point)), True
+
+    def rank(point):
+        _, _, square, doubt = displacement(surface, field, point)
+        sure = square <= trust.spacing**2 and doubt <= trust.doubt
+        return not sure, np.linalg.norm(state - point)
+
+    return min(met, key=rank), True
 
 
 def distance(surface, field, trust, state):

@@ -40,6 +40,7 @@ Command = (
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    console.forgive()
     if arguments == ["--version"]:
         sys.stdout.write(f"skillfold {__version__}\n")
         return DONE

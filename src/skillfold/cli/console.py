@@ -1,5 +1,6 @@
 """What commands say: reports on stdout, as tables or JSON; progress, notes and errors on stderr."""
 
+import io
 import json
 import math
 import sys
@@ -14,6 +15,13 @@ Progress = Callable[[str, float], None]
 """Called with a stage and the share of it that is done."""
 
 
+def forgive() -> None:
+    """Characters that a terminal cannot show become question marks, not errors."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
 def say(text: str) -> None:
     """One line to stderr."""
     sys.stderr.write(f"skillfold: {' '.join(text.split())}\n")
@@ -23,27 +31,23 @@ def report(facts: Mapping[str, Any], as_json: bool, *tables: Any) -> None:
     """Facts as JSON, or the tables (facts in two columns where none are given), to stdout."""
     if as_json:
         sys.stdout.write(to_json(facts))
-        return
-    out = _console(stderr=False)
-    for table in tables or (facts_table(facts),):
-        out.print(table)
+    else:
+        out = _console(stderr=False)
+        for part in tables or (facts_table(facts),):
+            out.print(part, soft_wrap=isinstance(part, str) and not out.is_terminal)
+    sys.stdout.flush()  # a reader that has gone is noticed here, and not at exit
 
 
 def to_json(facts: Any) -> str:
     """JSON text; NaN and infinities, which JSON has not, become null."""
-    return json.dumps(_finite(facts), indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(_finite(facts), indent=2) + "\n"
 
 
-def facts_table(facts: Mapping[str, Any]) -> Any:
-    """Names and values in two columns; nothing for None and for empty ones."""
-    from rich.table import Table
-    from rich.text import Text
-
-    grid = Table.grid(padding=(0, 2))
-    for name, value in facts.items():
-        if value is not None and value != "" and value != []:
-            grid.add_row(Text(name.replace("_", " "), style="dim"), Text(_shown(value)))
-    return grid
+def facts_table(facts: Mapping[str, Any]) -> str:
+    """Names and values, a line each; nothing for None and for empty ones."""
+    told = {name.replace("_", " "): value for name, value in facts.items() if value not in (None, "", [])}
+    width = max(map(len, told), default=0)
+    return "\n".join(f"{name:<{width}}  {_shown(value)}" for name, value in told.items())
 
 
 def table(title: str, columns: Mapping[str, str], rows: Any) -> Any:
@@ -52,7 +56,8 @@ def table(title: str, columns: Mapping[str, str], rows: Any) -> Any:
     from rich.table import Table
     from rich.text import Text
 
-    made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    look = {"box": box.SIMPLE_HEAD, "pad_edge": False, "collapse_padding": True}
+    made = Table(title=title, title_justify="left", title_style="bold", **look)
     for heading, side in columns.items():
         made.add_column(heading, justify=side, header_style="dim")  # type: ignore[arg-type]
     for row in rows:

@@ -28,7 +28,6 @@ def writable(path: Path) -> Path:
     Raises:
         InputError: a folder, or in a folder that is missing or locked.
     """
-    path = path.expanduser()
     if path.is_dir():
         raise InputError(f"{path}: is a folder; expected the name of a file to write.")
     if not path.parent.is_dir():
@@ -45,10 +44,21 @@ def folder(path: Path) -> Path:
         InputError: it cannot be made.
     """
     try:
-        path.expanduser().mkdir(parents=True, exist_ok=True)
+        path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: no folder can be made: {error.strerror or error}.") from None
-    return path.expanduser()
+    return path
+
+
+def existing_folder(option: str, path: Path) -> Path:
+    """The folder, which must be there.
+
+    Raises:
+        InputError: it is not.
+    """
+    if not path.is_dir():
+        raise InputError(f"{option} {path}: no such folder.")
+    return path
 
 
 def write_text(path: Path, text: str) -> None:
@@ -92,7 +102,7 @@ def _of_file(option: str, text: str, skill: "SkillManifold") -> Any:
     from skillfold.io.state_files import read_states
 
     path, _, row = text.rpartition(":")
-    states = read_states(Path(path).expanduser(), skill.names).states
+    states = read_states(Path(path), skill.names).states
     return states[_row(option, text, row, len(states))]
 
 

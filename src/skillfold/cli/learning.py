@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from skillfold.manifold.skill import SkillManifold
     from skillfold.manifold.table import Trial
 
+FORMAT = (
+    "CSV or NPZ files, or folders of them. A CSV has a header and a row per sample; column t holds seconds, column "
+    "demo tells recordings apart, all others are coordinates: angles in radians, the rest in any unit."
+)
 CHOSEN = "(chosen from the data when left out)"
 SHOWN = 6  # trials of each choice
 
@@ -25,9 +29,7 @@ SHOWN = 6  # trials of each choice
 class Fit:
     """Learn a skill from recordings and save it."""
 
-    recordings: Annotated[tuple[Path, ...], tyro.conf.Positional, shown("RECORDINGS...", "(one at least)")]
-    """CSV or NPZ files, or folders of them. A CSV has a header and a row per sample; column t holds seconds, column
-    demo tells recordings apart, all others are coordinates: angles in radians, the rest in any unit."""
+    recordings: Annotated[tuple[Path, ...], tyro.conf.Positional, shown("RECORDINGS...", "(one at least)", FORMAT)]
     out: Annotated[Path, shown("SKILL.NPZ")]
     """File for the skill."""
     dim: Annotated[int | None, shown("D", CHOSEN)] = None

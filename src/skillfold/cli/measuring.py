@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
-import tyro
-
 from skillfold.cli import console, files
-from skillfold.cli.options import Flag, shown
+from skillfold.cli.options import Flag, seed, shown
 from skillfold.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,7 +27,22 @@ class Demo:
 
     def run(self) -> int:
         """Learn, draw, report."""
-        raise NotImplementedError
+        chosen = seed(self.seed)
+        folder = files.folder(self.out)
+        from skillfold.experiments import demo
+        from skillfold.viewing.demo_pictures import draw
+
+        start = perf_counter()
+        with console.progress() as progress, console.quiet():
+            story = demo.run(chosen, progress)
+            progress("drawing", 1.0)
+            pictures = [str(path) for path in draw(story, folder)]
+        facts = {"chapters": [c.facts() for c in story.chapters], "notes": list(story.notes), "pictures": pictures}
+        facts["seconds"] = perf_counter() - start
+        for note in story.notes:
+            console.say(f"note: {note}")
+        console.report(facts, self.json, *_demo_tables(facts))
+        return 0
 
 
 @dataclass(frozen=True)
@@ -47,10 +61,12 @@ class Bench:
     def run(self) -> int:
         """Measure and report."""
         file = self._file()
+        data = self.data and files.existing_folder("--data", self.data)
+        chosen = None if self.seed is None else seed(self.seed)
         from skillfold.experiments import bench
 
         with console.progress() as progress, console.quiet():
-            report = bench.run(self.groups or None, self.data, self.seed, progress)
+            report = bench.run(self.groups or None, data, chosen, progress)
         if file:
             files.write_text(file, console.to_json(report.as_dict()))
         console.report(report.as_dict(), self.json == (), *_tables(report))
@@ -60,6 +76,39 @@ class Bench:
         if self.json and len(self.json) > 1:
             raise InputError(f"--json: {len(self.json)} files given; expected one, or none for stdout.")
         return files.writable(self.json[0]) if self.json else None
+
+
+LEGEND = (
+    "length: mean of the plans; residual: largest distance of a plan from the manifold; to demos: mean distance of "
+    "the plans from the demonstrated states, apart: of demonstrations from each other; off → on: median distance of "
+    "disturbed states from the manifold, before and after projection; each in the unit given."
+)
+
+
+def _demo_tables(facts: dict[str, Any]) -> list[Any]:
+    columns = ("skill", "dim", "fit", "plans", "each", "unit", "length", "residual", "to demos", "apart", "off → on")
+    sides = dict.fromkeys(columns, "right") | {"skill": "left", "unit": "left"}
+    table = console.table("Learnt, planned, pushed off, brought back", sides, map(_cells_of, facts["chapters"]))
+    optimal = [
+        f"{c['name']}: {c['rmse']:.1e} rad from optimal (RMSE of all plans); the paper reports {c['paper_rmse']:.1e}."
+        for c in facts["chapters"]
+        if c["rmse"] is not None
+    ]
+    return [table, LEGEND, *optimal, f"{facts['seconds']:.0f} s; pictures: {', '.join(facts['pictures'])}"]
+
+
+def _cells_of(chapter: dict[str, Any]) -> list[str]:
+    lengths = ("mean_length", "largest_residual", "to_demonstrations", "between_demonstrations")
+    return [
+        chapter["name"],
+        f"{chapter['dim']} of {chapter['n_dims']}",
+        f"{chapter['fit_seconds']:.1f} s",
+        f"{chapter['successful']} of {chapter['plans']}",
+        f"{1e3 * chapter['plan_seconds']:.1f} ms",
+        chapter["unit"],
+        *("–" if chapter[name] is None else f"{chapter[name]:.3g}" for name in lengths),
+        f"{chapter['disturbed_off']:.2g} → {chapter['projected_off']:.0e}",
+    ]
 
 
 def _tables(report: "Report") -> list[Any]:

@@ -15,6 +15,14 @@ if TYPE_CHECKING:
     from skillfold.manifold.skill import SkillManifold
     from skillfold.motion import Plan as Planned
 
+STATE = (
+    "First state: numbers such as 0.1,0.2,0.3 (units of the recordings, radians); states.csv:3, a row of a file with "
+    "a header, counted from 0; or demo:0:first, demo:0:last, demo:0:57 of a recording."
+)
+PROJECTED = (
+    "File for the projected states. Its columns distance (from the manifold, in units of the recordings) and inside "
+    "(1 at the 95 % quantile of held-out samples, more outside) tell of the states as they were given."
+)
 DEMONSTRATED = "(demonstrated, where the skill knows whole recordings)"
 
 
@@ -24,9 +32,7 @@ class Plan:
 
     skill: Annotated[Path, tyro.conf.Positional, shown("SKILL.NPZ")]
     """A saved skill."""
-    start: Annotated[str, shown("STATE")]
-    """First state: numbers such as 0.1,0.2,0.3 (units of the recordings, radians); states.csv:3, a row of a file
-    with a header, counted from 0; or demo:0:first, demo:0:last, demo:0:57 of a recording."""
+    start: Annotated[str, shown("STATE", told=STATE)]
     goal: Annotated[str, shown("STATE")]
     """Last state, in any of these forms."""
     out: Annotated[Path | None, shown("PATH.CSV", "(nothing is written when left out)")] = None
@@ -90,9 +96,7 @@ class Project:
     """A saved skill."""
     states: Annotated[Path, tyro.conf.Positional, shown("STATES.CSV")]
     """A header with the skill's coordinates and one row per state; columns demo and t are kept."""
-    out: Annotated[Path, shown("OUT.CSV")]
-    """File for the projected states; columns distance (from the manifold, in units of the recordings) and inside
-    (1 at the 95 % quantile of held-out samples, more outside) tell of the states as they were given."""
+    out: Annotated[Path, shown("OUT.CSV", told=PROJECTED)]
     method: Literal["anchored", "leaf"] = "anchored"
     """Onto the modelled surface, or the paper's iteration."""
     json: Flag = False
@@ -104,7 +108,7 @@ class Project:
 
         out = files.writable(self.out)
         skill = files.load(self.skill)
-        table = read_states(self.states.expanduser(), skill.names)
+        table = read_states(self.states, skill.names)
         distance, inside = skill.distance(table.states), skill.inside(table.states)
         onto = skill.project(table.states, method=self.method)
         measured = {"distance": distance.tolist(), "inside": inside.tolist()}

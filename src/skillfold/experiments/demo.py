@@ -27,10 +27,10 @@ PLANS = 4
 PATHS = 50  # of the arm
 ASIDE = 1.0  # tolerances, per axis: how far new ends lie from demonstrated ones
 DISTURBED = 28
-PUSH = 0.06  # of the diagonal, per axis
-JOINT_PUSH = 0.25  # rad, per joint
-MARGIN = 0.12  # of the diagonal, around the demonstrations
-COARSE = 46  # columns of the distance field
+PUSH = 0.06  # of the side of the field, per axis
+JOINT_PUSH = 0.2  # rad, per joint
+MARGIN = 0.16  # of the longer side, around the demonstrations
+COARSE = 40  # rows and columns of the distance field
 FINE = 5  # times finer: the cheaper field of how far outside a state is
 PAPER_RMSE = 1.9e-4  # of the paper's section V-A, rad
 
@@ -40,8 +40,8 @@ class Field:
     """How far the states of a plane are from a skill.
 
     Attributes:
-        x, y: of the coarse grid, (nx,) and (ny,).
-        distance: (ny, nx), from the modelled surface, on the coarse grid.
+        x, y: of the grid, (n,) each.
+        distance: (n, n), from the modelled surface.
         inside: on a grid `FINE` times finer over the same rectangle; 1 is the edge of the demonstrations.
     """
 
@@ -78,6 +78,11 @@ class Chapter:
     errors: Array
     seconds: dict[str, float]
 
+    @property
+    def paths(self) -> list[Array]:
+        """States (n, D) of the plans that passed their check."""
+        return [plan.path.states for plan in self.plans if plan.success]
+
     def facts(self) -> dict[str, Any]:
         """What was measured, as plain values; lengths and distances in `unit`, times in seconds."""
         made = [plan for plan in self.plans if plan.success]
@@ -97,8 +102,9 @@ class Chapter:
             "successful": len(made),
             "mean_length": float(np.mean([plan.length for plan in made])) if made else None,
             "largest_residual": max((plan.residual for plan in made), default=None),
-            "to_demonstrations": _mean_gap([plan.path.states for plan in made], samples),
+            "to_demonstrations": _mean_gap(self.paths, samples),
             "between_demonstrations": _apart(dense),
+            "paper_rmse": PAPER_RMSE if len(self.errors) else None,
             "rmse": float(np.sqrt(np.mean(self.errors**2))) if len(self.errors) else None,
             "disturbed_off": float(np.median(self.skill.distance(self.disturbed))),
             "projected_off": float(np.median(self.skill.distance(self.projected))),
@@ -123,8 +129,7 @@ def run(seed: int = 0, progress: Progress | None = None, shapes: Sequence[str] =
     """
     progress = progress or Settings(0).progress
     tasks, notes = _recordings(shapes)
-    progress("compiling, once on each machine", 0.0)
-    _compile()
+    _compile(progress)
     chapters = []
     for index, task in enumerate(tasks):
         progress(f"handwriting: {TITLES.get(task.name, task.name)}", 0.5 + 0.4 * index / len(tasks))
@@ -142,9 +147,9 @@ def handwriting(task: RecordedTask, rng: np.random.Generator) -> Chapter:
     chosen = rng.choice(len(demos), min(PLANS, len(demos)), replace=False)
     ends = np.array([demos[i][[0, -1]] for i in chosen])
     plans, seconds = _plans(skill, ends + ASIDE * skill.tolerance * rng.standard_normal(ends.shape))
-    low, high = _rectangle(np.concatenate(demos))
-    push = PUSH * float(np.linalg.norm(high - low)) * rng.standard_normal((DISTURBED, 2))
-    disturbed = skill.sample(DISTURBED, int(rng.integers(2**31))) + push
+    low, high = _square(np.concatenate(demos))
+    push = PUSH * (high - low) * rng.standard_normal((DISTURBED, 2))
+    disturbed = np.clip(skill.sample(DISTURBED, int(rng.integers(2**31))) + push, low, high)
     projected, each = _projected(skill, disturbed)
     times = {"fit": fit, "plan": seconds, "project": each}
     name = TITLES.get(task.name, task.name)
@@ -160,8 +165,8 @@ def three_link_arm(rng: np.random.Generator, samples: int = 100, paths: int = PA
     ends = optimal(inside_grid(2 * paths, rng), REACHING).reshape(paths, 2, 3)
     plans, seconds = _plans(skill, ends)
     errors = np.array([path_rmse(plan.path.states[1:-1], REACHING) for plan in plans])
-    disturbed = optimal(inside_grid(2 * DISTURBED, rng), REACHING)
-    disturbed = disturbed + JOINT_PUSH * rng.standard_normal(disturbed.shape)
+    undisturbed = optimal(inside_grid(2 * DISTURBED, rng), REACHING)
+    disturbed = undisturbed + JOINT_PUSH * rng.standard_normal(undisturbed.shape)
     projected, each = _projected(skill, disturbed)
     times = {"fit": fit, "plan": seconds, "project": each}
     return Chapter("three-link arm", "rad", skill, (given,), plans, disturbed, projected, None, errors, times)
@@ -169,12 +174,11 @@ def three_link_arm(rng: np.random.Generator, samples: int = 100, paths: int = PA
 
 def distance_field(skill: Any, low: Array, high: Array) -> Field:
     """The field over the rectangle between two corners of the plane."""
-    rows = max(2, round(COARSE * float((high - low)[1] / (high - low)[0])))
-    x, y = np.linspace(low[0], high[0], COARSE), np.linspace(low[1], high[1], rows)
-    fine = _grid(np.linspace(*x[[0, -1]], FINE * COARSE), np.linspace(*y[[0, -1]], FINE * rows))
-    with ThreadPoolExecutor(2) as workers:  # compiled loops: they leave the interpreter to each other
-        distance = np.concatenate(list(workers.map(skill.distance, _grid(x, y))))
-    return Field(x, y, distance.reshape(rows, COARSE), skill.inside(fine))
+    x, y = np.linspace(low, high, COARSE).T
+    fine = _grid(*np.linspace(low, high, FINE * COARSE).T)
+    with ThreadPoolExecutor(2) as workers:  # compiled loops leave the interpreter to each other
+        distance = np.stack(list(workers.map(skill.distance, _grid(x, y))))
+    return Field(x, y, distance, skill.inside(fine))
 
 
 def _recordings(shapes: Sequence[str]) -> tuple[list[RecordedTask], tuple[str, ...]]:
@@ -185,15 +189,19 @@ def _recordings(shapes: Sequence[str]) -> tuple[list[RecordedTask], tuple[str, .
     return [tasks[name] for name in shapes], ()
 
 
-def _compile() -> None:
+def _compile(progress: Progress) -> None:
     """Everything below once on very little, so that the times that are told are those of the work."""
+    progress("compiling (once on each machine): learning", 0.0)
     poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
     skill, _ = _learn(poses, dim=2, kernels=5)
+    progress("compiling (once on each machine): projecting", 0.15)
+    skill.project(skill.sample(4))
+    skill.inside(poses)
+    progress("compiling (once on each machine): planning", 0.35)
     skill.plan(poses[0], poses[1])
     wave = np.linspace(0.0, 3.0, 40)
     skill, _ = _learn([np.column_stack([wave, np.sin(wave) + shift]) for shift in (0.0, 0.05)], dim=1, kernels=5)
     skill.plan(np.zeros(2), np.array([3.0, 0.1]))
-    skill.project(skill.sample(4)), skill.inside(poses[:, :2])
 
 
 def _learn(demos: Any, **options: Any) -> tuple[Any, float]:
@@ -222,10 +230,11 @@ def _projected(skill: Any, states: Array) -> tuple[Array, float]:
     return onto, (perf_counter() - start) / len(states)
 
 
-def _rectangle(states: Array) -> tuple[Array, Array]:
+def _square(states: Array) -> tuple[Array, Array]:
+    """Lowest and highest corner of a square with the states in its middle."""
     low, high = states.min(axis=0), states.max(axis=0)
-    margin = MARGIN * float(np.linalg.norm(high - low))
-    return low - margin, high + margin
+    half = (0.5 + MARGIN) * float((high - low).max())
+    return (low + high) / 2 - half, (low + high) / 2 + half
 
 
 def _grid(x: Array, y: Array) -> Array:

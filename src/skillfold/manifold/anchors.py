@@ -75,7 +75,7 @@ def _solve(offsets: Array, weights: Array, frames: Array, radii: Array, dim: int
     P = gram.shape[1]
     ridge = RIDGE * np.trace(gram, axis1=1, axis2=2) / P + 1e-300
     gram[:, np.arange(P), np.arange(P)] += ridge[:, None]
-    return np.linalg.solve(gram, turned @ (local[..., dim:] * root))
+    return np.asarray(np.linalg.solve(gram, turned @ (local[..., dim:] * root)), dtype=np.float64)
 
 
 def _turned(frames: Array, coefficients: Array, radii: Array, dim: int) -> Array:
@@ -120,7 +120,7 @@ def fit_surfaces(samples: Array, centres: Array, neighbours: Indices, dim: int, 
 def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | None) -> Indices:
     """The k nearest samples of each chosen one, its own recording (or itself) left out; (len(chosen), k)."""
     if groups is None:
-        return KDTree(samples).query(samples[chosen], k + 1)[1][:, 1:]
+        return np.asarray(KDTree(samples).query(samples[chosen], k + 1)[1])[:, 1:]
     found = np.empty((len(chosen), k), dtype=np.int64)
     for group in np.unique(groups[chosen]):
         others = np.flatnonzero(groups != group)

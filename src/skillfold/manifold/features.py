@@ -33,7 +33,7 @@ class Features:
             chosen = np.random.default_rng(seed).choice(len(samples), FEW_ENOUGH, replace=False)
             samples = samples[np.sort(chosen)]
         kernels = min(kernels, len(np.unique(samples, axis=0)))
-        centres = KMeans(kernels, n_init=1, random_state=seed).fit(samples).cluster_centers_
+        centres = KMeans(kernels, n_init="auto", random_state=seed).fit(samples).cluster_centers_
         if kernels == 1:
             return Features(centres, 1.0)
         nearest = KDTree(centres).query(centres, 2)[0][:, 1]

@@ -10,6 +10,7 @@ from skillfold.errors import InputError
 from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces, held_out_residuals, nearest_others
 from skillfold.manifold.free import split_directions
 from skillfold.manifold.graph import align_frames, build_graph
+from skillfold.manifold.inputs import amount, seed_of, whole
 from skillfold.manifold.kernels.projection import doubts
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model
@@ -23,11 +24,12 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 MOST_ANCHORS = 2000
 PER_ANCHOR = 10  # times the samples per anchor: neighbourhoods tried, where samples are many
-EDGES = 8000  # that the field is trained on
+EDGES = 2500  # that the field is trained on
 QUANTILE = 0.95
 CALIBRATED = 1000  # held-out samples that tolerances are read off
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
 CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller
+WORKERS = 4096  # that one may ask for; negative numbers count down from the cores, as in joblib
 
 
 @dataclass(frozen=True)
@@ -72,19 +74,15 @@ class Options:
             raise InputError("A manifold needs states of two or more coordinates.")
         if n_samples < n_dims + 3:
             raise InputError(f"{n_samples} distinct samples of {n_dims} coordinates; {n_dims + 3} at least.")
-        _whole("dim", self.dim, 1, n_dims - 1)
-        _whole("kernels", self.kernels, 1, n_samples)
-        _whole("neighbors", self.neighbors, 1, n_samples - 1)
-        _whole("seed", self.seed, 0, 2**32 - 1)
-        if self.ridge is not None and not 0.0 < self.ridge < np.inf:
-            raise InputError(f"ridge={self.ridge!r}; expected a positive number.")
-
-
-def _whole(name: str, value: Any, low: int, high: int) -> None:
-    if value is None:
-        return
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
-        raise InputError(f"{name}={value!r}; expected a whole number from {low} to {high}, or None.")
+        most = {"dim": n_dims - 1, "kernels": n_samples, "neighbors": n_samples - 1}
+        for name, high in most.items():
+            if (value := getattr(self, name)) is not None:
+                whole(name, value, 1, high, or_none=True)
+        if self.ridge is not None:
+            amount("ridge", self.ridge)
+        seed_of(self.seed)
+        if whole("jobs", self.jobs, -WORKERS, WORKERS) == 0:
+            raise InputError("jobs=0; expected a number of workers, or -1 for as many as there are cores.")
 
 
 def fit_model(samples: Array, groups: Indices | None, options: Options, progress: Progress) -> Fitted:
@@ -168,7 +166,7 @@ def _subset(n: int, count: int, seed: int) -> Indices:
 
 
 def _local_surfaces(inner: Array, centres: Array, shape: Shape, dim: int) -> LocalSurfaces:
-    neighbours = KDTree(inner).query(centres, min(shape.neighbours + 1, len(inner)))[1]
+    neighbours = np.asarray(KDTree(inner).query(centres, min(shape.neighbours + 1, len(inner)))[1])
     return fit_surfaces(inner, centres, neighbours, dim, shape.degree)
 
 
@@ -189,7 +187,7 @@ def _kernel_field(field: TangentField) -> Field:
 
 
 def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
-    """Anchors may disagree as they usually do at the demonstrations, or by what is nothing beside the skill's size."""
+    """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
     found = doubts(surface, field, np.ascontiguousarray(surface.points.T))
     usual = max(float(np.median(found)), NO_DOUBT)
     return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)

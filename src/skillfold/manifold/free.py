@@ -19,8 +19,8 @@ from skillfold.manifold.table import Trial
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-ROUNDS = 8
-CENTRES = 1500
+ROUNDS = 6
+CENTRES = 800
 METRIC_FLOOR = 0.03  # of the scale that a direction keeps in the metric
 TOUCHED = 0.05  # share of a direction that normals may touch if it is to count as free
 MOST_NORMALS = 4
@@ -132,7 +132,7 @@ def _holds(samples: Array, groups: Indices | None, split: Split, whole: Split, s
 
 
 def _within(inner: Array, chosen: Indices, reach: Array, k: int, groups: Indices | None, seed: int) -> Indices:
-    """k samples at random among those within reach of each chosen one, nearest first; (n, k)."""
+    """Draw k samples among those within reach of each chosen one, nearest first; (n, k)."""
     rng = np.random.default_rng(seed)
     tree = KDTree(inner)
     found = np.empty((len(chosen), k), dtype=np.int64)

@@ -8,14 +8,14 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
-from skillfold.manifold.kernels.geodesic import grow_path, relax, relax_on_field, resample
+from skillfold.manifold.kernels.geodesic import relax, relax_on_field, resample, solve_geodesic
 from skillfold.manifold.model import Model
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-TOLERANCE = 1e-9  # of the last step, in rms radii of the data
+TOLERANCE = 1e-7  # of the last step, in rms radii of the data
+LEAF_TOLERANCE = 1e-10  # the same, of the paper's own conditions
 LIMIT = 100  # iterations
-GROWN = 2000  # states that a first path may have
 CAP = 0.3  # longest step of a path state in one iteration, in rms radii
 
 
@@ -38,13 +38,19 @@ class Geodesic:
 
 def geodesic(model: Model, start: Array, goal: Array, points: int) -> Geodesic:
     """From start to goal, inner coordinates (D - f,), which stay as they are."""
-    grown = np.empty((GROWN, len(start)))
-    count = grow_path(model.surface, model.field, start, goal, model.step, grown)
-    if count:
-        found = _relaxed(model, grown[:count], points, "grown")
-        if found.converged:
-            return found
-    return _relaxed(model, graph_path(model, start, goal), points, "graph")
+    path = np.empty((points, len(start)))
+    iterations, moved = solve_geodesic(
+        model.surface, model.field, start, goal, model.step, path, TOLERANCE, CAP, LIMIT
+    )
+    if moved < TOLERANCE:
+        return Geodesic(path, iterations, True, "grown")
+    over_anchors = graph_path(model, start, goal)
+    found = _relaxed(model, over_anchors, points, "graph")
+    if found.converged:
+        return found
+    # Where recordings spread, anchors lie too thick for a smooth surface: a path that wanders is no improvement.
+    resample(over_anchors, path)
+    return Geodesic(path, found.iterations, False, "graph")
 
 
 def leaf_geodesic(model: Model, start: Array, goal: Array, points: int) -> Geodesic:
@@ -54,8 +60,8 @@ def leaf_geodesic(model: Model, start: Array, goal: Array, points: int) -> Geode
     """
     first = geodesic(model, start, goal, points)
     path = first.states.copy()
-    iterations, moved = relax_on_field(model.field, path, TOLERANCE, LIMIT)
-    return Geodesic(path, int(iterations), bool(moved < TOLERANCE), first.first)
+    iterations, moved = relax_on_field(model.field, path, LEAF_TOLERANCE, LIMIT)
+    return Geodesic(path, int(iterations), bool(moved < LEAF_TOLERANCE), first.first)
 
 
 def _relaxed(model: Model, first: Array, points: int, kind: str) -> Geodesic:
@@ -68,7 +74,7 @@ def _relaxed(model: Model, first: Array, points: int, kind: str) -> Geodesic:
 def graph_path(model: Model, start: Array, goal: Array) -> Array:
     """The shortest way over neighbouring anchors; (n, D - f), start and goal included."""
     anchors = model.anchors
-    first, last = KDTree(anchors).query(np.vstack([start, goal]))[1]
+    first, last = np.asarray(KDTree(anchors).query(np.vstack([start, goal]))[1])
     i, j = model.edges.T
     lengths = np.maximum(np.linalg.norm(anchors[i] - anchors[j], axis=1), 1e-300)
     graph = coo_matrix((lengths, (i, j)), shape=(len(anchors), len(anchors)))

@@ -50,7 +50,7 @@ def _unique(pairs: Indices) -> Indices:
 
 def nearest_pairs(points: Array, neighbors: int) -> Indices:
     """Each point with its nearest ones; (E, 2)."""
-    found = KDTree(points).query(points, min(neighbors + 1, len(points)))[1][:, 1:]
+    found = np.asarray(KDTree(points).query(points, min(neighbors + 1, len(points)))[1])[:, 1:]
     return _unique(np.column_stack([np.repeat(np.arange(len(points)), found.shape[1]), found.ravel()]))
 
 
@@ -73,7 +73,7 @@ def _shortest_links(points: Array, labels: Indices, count: int) -> Indices:
     pair = np.zeros((count, count, 2), dtype=np.int64)
     for a in range(count):
         for b in range(a + 1, count):
-            distance, index = trees[b].query(points[parts[a]])
+            distance, index = map(np.asarray, trees[b].query(points[parts[a]]))
             best = int(distance.argmin())
             gap[a, b] = max(float(distance[best]), 1e-300)
             pair[a, b] = parts[a][best], parts[b][index[best]]
@@ -93,7 +93,13 @@ def _describe(labels: Indices, groups: Indices | None) -> str:
     return "; ".join(names)
 
 
-def build_graph(points: Array, neighbors: int, groups: Indices | None = None, too_long: float = TOO_LONG) -> Graph:
+def build_graph(
+    points: Array,
+    neighbors: int,
+    groups: Indices | None = None,
+    too_long: float = TOO_LONG,
+    scale: float = 1.0,
+) -> Graph:
     """Graph over points (N, D), grown until it is connected.
 
     Args:
@@ -101,6 +107,7 @@ def build_graph(points: Array, neighbors: int, groups: Indices | None = None, to
         neighbors: of each sample to start with.
         groups: (N,) number of each sample's recording, or None for a cloud without order.
         too_long: times the typical distance, the longest link that may join parts.
+        scale: of the points, for messages: how long a unit of theirs is for the user.
 
     Raises:
         DisconnectedError: where only a longer link would make it one piece.
@@ -113,12 +120,12 @@ def build_graph(points: Array, neighbors: int, groups: Indices | None = None, to
         k = min(k + max(2, k // 2), most)
         edges = _unique(np.vstack([nearest_pairs(points, k), temporal]))
     if _labels(edges, len(points))[0] > 1:
-        edges = _join(points, first, groups, too_long)
+        edges = _join(points, first, groups, too_long, scale)
     lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     return Graph(edges, lengths, neighbors)
 
 
-def _join(points: Array, edges: Indices, groups: Indices | None, too_long: float) -> Indices:
+def _join(points: Array, edges: Indices, groups: Indices | None, too_long: float, scale: float) -> Indices:
     """Add the shortest links between the parts, unless one of them is too long."""
     count, labels = _labels(edges, len(points))
     links = _shortest_links(points, labels, count)
@@ -127,7 +134,7 @@ def _join(points: Array, edges: Indices, groups: Indices | None, too_long: float
     if gaps.max() > too_long * typical:
         raise DisconnectedError(
             f"The samples fall into {count} parts: {_describe(labels, groups)}. The widest gap is "
-            f"{gaps.max():.3g}, more than {too_long:g} times the typical distance {typical:.3g}. "
+            f"{scale * gaps.max():.3g}, more than {too_long:g} times the typical distance {scale * typical:.3g}. "
             "Fit each part as a skill of its own, or record the motions between them."
         )
     return _unique(np.vstack([edges, links]))

@@ -36,7 +36,7 @@ def plan_geodesic(model: Model, space: StateSpace, names: tuple[str, ...], query
     states = _exact_ends(space.normalize(states), asked, counts)
     allowed = model.scale * EXACT + float(OnManifold(model).distance(asked).max())
     tolerance = max(allowed, model.scale * model.tolerance)
-    check = check_path(states, OnManifold(model), tolerance, space)
+    check = check_path(states, OnManifold(model), tolerance, space, _usual(model))
     parts = [part for _, part in legs]
     story = _story_geodesic(moved, supported, parts)
     return _plan(states, names, check, story, parts, moved, "geodesic")
@@ -49,7 +49,7 @@ def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], r
     states = space.normalize(held)
     tolerance = model.scale * model.tolerance + 3.0 * float(answer.spread.max())
     ends = float(OnManifold(model).distance(query.states).max())
-    check = check_path(states, OnManifold(model), max(tolerance, 1.5 * ends), space)
+    check = check_path(states, OnManifold(model), max(tolerance, 1.5 * ends), space, _usual(model))
     story = "Follows the demonstrations"
     if answer.reversed:
         story += ", travelled backwards"
@@ -63,10 +63,15 @@ def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], r
     return plan
 
 
+def _usual(model: Model) -> float:
+    """How far off a state may be that counts as on the manifold, in state units."""
+    return model.scale * max(model.tolerance, EXACT)
+
+
 def _onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
     moved = np.zeros(len(states))
-    off = OnManifold(model).distance(states) > model.scale * max(model.tolerance, EXACT)
+    off = OnManifold(model).distance(states) > _usual(model)
     if not off.any():
         return states, moved, True
     onto = states.copy()

@@ -60,7 +60,7 @@ def first_path(tangent: Tangent, start: Array, goal: Array, spacing: float) -> A
     while spacing < gap < before - LEAST * spacing:
         here, there = sides if len(sides[0]) <= len(sides[1]) else sides[::-1]
         direction = _along(tangent(here[-1]), there[-1] - here[-1])
-        here.append(here[-1] + spacing * direction / np.linalg.norm(direction))
+        here.append(here[-1] + direction * spacing / max(spacing, float(np.linalg.norm(direction))))
         before, gap = gap, float(np.linalg.norm(there[-1] - here[-1]))
     return np.array([*sides[0], *sides[1][::-1]])
 

@@ -51,16 +51,23 @@ class OnManifold:
 
     def distance(self, states: Array, /) -> Array:
         """Distances (B,) of states (B, D) from the modelled surface."""
-        m = self.model
-        return m.scale * kernels.distances(m.surface, m.field, m.trust, m.encode(states))
+        return self.judge(states)[0]
 
     def inside(self, states: Array, /) -> Array:
         """Distances (B,) from the nearest anchor, 1 at the 95 % quantile of held-out samples.
 
         Along free directions nothing counts until the range of the samples is left.
         """
+        return self._outside(states, kernels.nearest_distances(self.model.surface, self.model.encode(states)))
+
+    def judge(self, states: Array, /) -> tuple[Array, Array]:
+        """`distance` and `inside` at the price of the first."""
         m = self.model
-        near = kernels.nearest_distances(m.surface, m.encode(states))
+        off, near = kernels.judge(m.surface, m.field, m.trust, m.encode(states))
+        return m.scale * off, self._outside(states, near)
+
+    def _outside(self, states: Array, near: Array) -> Array:
+        m = self.model
         if m.free.shape[1]:
             beyond = np.maximum(np.abs((states - m.centre) @ m.free) - m.free_extent, 0.0) / m.scale
             near = np.sqrt(near**2 + (beyond**2).sum(1))

@@ -17,6 +17,8 @@ from skillfold.manifold.route_location import Location, locate, locate_between, 
 from skillfold.manifold.route_models import IntArray, RouteModel, choose, predict
 from skillfold.motion import Array
 
+FEWEST_PHASES = 9
+
 
 @dataclass(frozen=True)
 class RouteAnswer:
@@ -70,8 +72,8 @@ class Route:
         Returns:
             None when there are fewer than two.
         """
-        if n_phases < 9:
-            raise InputError(f"n_phases: expected 9 or more, got {n_phases}.")
+        if n_phases < FEWEST_PHASES:
+            raise InputError(f"n_phases: expected {FEWEST_PHASES} or more, got {n_phases}.")
         if len(recordings) < 2:
             return None
         centre = np.mean([np.mean(recording, axis=0) for recording in recordings], axis=0)
@@ -149,14 +151,19 @@ class Route:
         """Back from `arrays()`, to the bit.
 
         Raises:
-            SkillFileError: where an array is missing, misshapen or not finite.
+            SkillFileError: where an array is missing, misshapen, no float64 or not finite.
         """
         names = ("curves", "centre", "scale", "squared_spread", "model")
-        found = [np.asarray(arrays.get(name, np.nan), dtype=np.float64) for name in names]
+        found = [np.asarray(arrays.get(name)) for name in names]
         curves, centre, scale, spread, model = found
         shapes = [curves.shape[-1:], (), curves.shape[1:2], (len(astuple(RouteModel())),)]
-        if [a.shape for a in found[1:]] != shapes or curves.ndim != 3 or min(curves.shape) < 1 or len(curves) < 2:
+        if [a.shape for a in found[1:]] != shapes or curves.ndim != 3 or not curves.size:
             raise SkillFileError(f"route: shapes {[a.shape for a in found]} do not belong together.")
+        if len(curves) < 2 or curves.shape[1] < FEWEST_PHASES or any(a.dtype != np.float64 for a in found):
+            raise SkillFileError(
+                f"route: expected two curves at {FEWEST_PHASES} phases or more, all float64; found {curves.shape}, "
+                f"{', '.join(str(a.dtype) for a in found)}."
+            )
         learnt, kriged, *numbers = model.tolist()
         # Of the model, kernel weights may be zero; reach, nugget and ridge may not.
         if not all(np.isfinite(a).all() for a in found) or min(scale, spread.min(), *numbers[2:]) <= 0.0:

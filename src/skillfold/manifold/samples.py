@@ -24,7 +24,7 @@ class Samples:
 
     Attributes:
         states: (N, D), distinct.
-        groups: (N,) recording of each; None for a cloud, and for a single recording.
+        groups: (N,) recording of each; None for a cloud, and where only one recording has samples of its own.
         recordings: as given, each (n_steps, D); empty for a cloud.
         space, names: of the coordinates.
         count: samples before resampling.
@@ -52,28 +52,36 @@ def read_samples(demos: Demonstrations | Array | Sequence[Array], space: StateSp
 
 
 def _of_cloud(demos: Demonstrations) -> Samples:
-    states = np.unique(demos.states, axis=0)
-    return Samples(states, None, (), demos.space, demos.names, len(demos.states), ())
+    return Samples(demos.states[_distinct(demos.states)], None, (), demos.space, demos.names, len(demos.states), ())
 
 
 def _of_recordings(demos: Demonstrations) -> Samples:
     steps = max(FEWEST, min(STEPS, TOTAL // len(demos)))
     even = demos.resample(steps)
     groups = np.repeat(np.arange(len(demos)), steps)
-    states, first = np.unique(even.states, axis=0, return_index=True)
-    order = np.argsort(first)
-    states, groups = states[order], groups[np.sort(first)]
+    distinct = _distinct(even.states)
+    states, groups = even.states[distinct], groups[distinct]
+    # Of a recording given twice, nothing is left the second time.
+    several = groups[0] != groups[-1]
     recordings = tuple(d.states for d in demos)
     notes = _crossing_notes(demos)
     return Samples(
         states,
-        groups if len(demos) > 1 else None,
+        groups if several else None,
         recordings,
         demos.space,
         demos.names,
         len(demos.states),
         notes,
     )
+
+
+def _distinct(states: Array) -> Indices:
+    """Rows that appear for the first time, in their order.
+
+    Sorted by value they would come in another order in another frame, and the same seed choose others among them.
+    """
+    return np.sort(np.unique(states, axis=0, return_index=True)[1])
 
 
 def _crossing_notes(demos: Demonstrations) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from joblib import Parallel, delayed
+from scipy.spatial import KDTree
 
 from skillfold.manifold.anchors import held_out_residuals, nearest_others
 from skillfold.manifold.features import Features
@@ -20,15 +21,19 @@ DEGREES = (1, 2, 3, 4)
 MOST_TERMS = 40  # of a polynomial of degree 3 or more
 GROWTH = 1.5  # from one neighbourhood size to the next
 LARGEST = 600  # neighbourhood tried, for samples that are not many
-SCREENED = 200  # samples that every candidate predicts
+SCREENED = 100  # samples that every candidate predicts
 COMPARED = 1500  # samples that the better candidates predict
-BETTER = 1.25  # times the least error: a candidate worth comparing
+BETTER = 1.2  # times the least error: a candidate worth comparing
+HOPELESS = 2.0  # times the least error of its degree: larger neighbourhoods only get worse
 DOUBTED = 2.0  # standard errors within which a candidate counts as good as the best
+BESIDE = 2  # recordings that should be within reach of each sample
+ACROSS = 4.0  # times the distance to them that neighbourhoods of recordings span at least
 WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
 KERNELS = (5, 10, 20, 40, 80)
 RIDGES = (1e-6, 1e-5, 1e-4)
-EDGES = 3000  # that a cross-validation of the field looks at
-TRIAL_ITERATIONS = 12
+EDGES = 2000  # that a cross-validation of the field looks at
+TRIAL_ITERATIONS = 8
+PLAIN_RIDGE = 1e-5  # at which the number of kernels is compared
 
 
 class Shape(NamedTuple):
@@ -38,18 +43,33 @@ class Shape(NamedTuple):
     neighbours: int
 
 
-def candidate_shapes(n_others: int, dim: int, largest: int) -> list[Shape]:
-    """Every degree with neighbourhoods from one and a half samples a coefficient up."""
+def candidate_shapes(n_others: int, dim: int, smallest: int, largest: int) -> list[Shape]:
+    """Every degree with neighbourhoods from one and a half samples a coefficient up, none below `smallest`."""
     shapes = []
     for degree in DEGREES:
         terms = len(monomials(dim, degree).parents)
-        k = int(np.ceil(1.5 * terms)) + 1
+        k = max(int(np.ceil(1.5 * terms)) + 1, smallest)
         if degree > 2 and terms > MOST_TERMS:
             break
         while k <= min(largest, n_others):
             shapes.append(Shape(degree, k))
             k = int(np.ceil(GROWTH * k))
     return shapes or [Shape(1, n_others)]
+
+
+def neighbours_across(samples: Array, groups: Indices, seed: int) -> int:
+    """How many samples a neighbourhood needs to reach across recordings.
+
+    Recordings of one motion run side by side. Neighbourhoods that hold one of them alone would model each as a
+    manifold of its own, which left-out recordings do not punish: some recording is always near.
+    """
+    chosen = _spread_out(len(samples), SCREENED, seed)
+    members = np.unique(groups)
+    distance = np.array([KDTree(samples[groups == g]).query(samples[chosen])[0] for g in members])
+    beside = np.sort(distance, axis=0)[min(BESIDE, len(members) - 1)]
+    tree = KDTree(samples)
+    counts = [len(tree.query_ball_point(samples[i], ACROSS * r)) for i, r in zip(chosen, beside, strict=True)]
+    return int(np.median(counts))
 
 
 def _squared_errors(
@@ -86,11 +106,10 @@ def choose_shape(
         progress: called with the stage and its share done.
     """
     smallest = len(samples) - 1 if groups is None else len(samples) - np.bincount(groups).max()
-    shapes = candidate_shapes(int(smallest), dim, largest)
+    across = 1 if groups is None else min(neighbours_across(samples, groups, seed), smallest)
+    shapes = candidate_shapes(int(smallest), dim, across, largest)
     progress("choosing the local surfaces", 0.0)
-    chosen = _spread_out(len(samples), SCREENED, seed)
-    others = nearest_others(samples, chosen, max(s.neighbours for s in shapes), groups)
-    first = _squared_errors(samples, chosen, others, dim, shapes, jobs).mean(1)
+    shapes, first = _screened(samples, groups, dim, shapes, seed, jobs)
     progress("choosing the local surfaces", 0.4)
     good = [s for s, error in zip(shapes, first, strict=True) if error <= BETTER**2 * first.min()]
     chosen = _spread_out(len(samples), COMPARED, seed)
@@ -109,6 +128,34 @@ def choose_shape(
         for s in shapes
     ]
     return best, float(np.sqrt(means[best])), trials
+
+
+def _screened(
+    samples: Array, groups: Indices | None, dim: int, shapes: Sequence[Shape], seed: int, jobs: int
+) -> tuple[list[Shape], Array]:
+    """Shapes worth a look and their mean squared errors at a few samples.
+
+    Of each degree neighbourhoods are tried from small to large, until they are clearly too large.
+    """
+    chosen = _spread_out(len(samples), SCREENED, seed)
+    others = nearest_others(samples, chosen, max(s.neighbours for s in shapes), groups)
+    ladders = [[s for s in shapes if s.degree == degree] for degree in sorted({s.degree for s in shapes})]
+    climbs = Parallel(n_jobs=jobs, prefer="threads")(
+        delayed(_climb)(samples, chosen, others, dim, ladder) for ladder in ladders
+    )
+    tried = [pair for climb in climbs or [] for pair in climb]
+    return [s for s, _ in tried], np.array([error for _, error in tried])
+
+
+def _climb(
+    samples: Array, chosen: Indices, others: Indices, dim: int, ladder: Sequence[Shape]
+) -> list[tuple[Shape, float]]:
+    tried: list[tuple[Shape, float]] = []
+    for shape in ladder:
+        tried.append((shape, float(_squared_errors(samples, chosen, others, dim, [shape], 1).mean())))
+        if tried[-1][1] > HOPELESS**2 * min(error for _, error in tried):
+            break
+    return tried
 
 
 def _smoothest_of_best(shapes: Sequence[Shape], errors: Array, dim: int) -> Shape:
@@ -172,22 +219,31 @@ def choose_field(
     counts = [kernels] if kernels else [k for k in KERNELS if k <= max(5, len(samples) // 3)]
     ridges = [ridge] if ridge else list(RIDGES)
     placed = {k: Features.place(samples, k, seed) for k in counts}
-    pairs = [(k, r) for k in counts for r in ridges]
-    if len(pairs) == 1:
+    if len(counts) == len(ridges) == 1:
         return placed[counts[0]], ridges[0], []
     looked_at = edges[_spread_out(len(edges), EDGES, seed)]
     folds = _folds(looked_at, groups, seed)
     progress("choosing the tangent field", 0.0)
-    errors = []
-    batches = Parallel(n_jobs=jobs, prefer="threads", return_as="generator")(
-        delayed(_field_error)(samples, looked_at, frames, folds, placed[k], r, seed) for k, r in pairs
-    )
-    for done, error in enumerate(batches, 1):
-        errors.append(error)
-        progress("choosing the tangent field", done / len(pairs))
-    best = int(np.argmin(errors))
+
+    def errors(pairs: Sequence[tuple[int, float]], begin: float, end: float) -> dict[tuple[int, float], float]:
+        batches = Parallel(n_jobs=jobs, prefer="threads", return_as="generator")(
+            delayed(_field_error)(samples, looked_at, frames, folds, placed[k], r, seed) for k, r in pairs
+        )
+        found = {}
+        for done, (pair, error) in enumerate(zip(pairs, batches, strict=True), 1):
+            found[pair] = error
+            progress("choosing the tangent field", begin + (end - begin) * done / len(pairs))
+        return found
+
+    # The ridge matters little, so the number of kernels is chosen first.
+    plain = ridges[0] if len(ridges) == 1 else PLAIN_RIDGE
+    found = errors([(k, plain) for k in counts], 0.0, 0.7)
+    best = min(found, key=lambda pair: found[pair])[0]
+    found |= errors([(best, r) for r in ridges if (best, r) not in found], 0.7, 1.0)
+    taken = min(found, key=lambda pair: found[pair])
+    progress("choosing the tangent field", 1.0)
     trials = [
-        Trial("field", f"{k} kernels, ridge {r:g}", error, "held-out step off the field (smaller)", j == best)
-        for j, ((k, r), error) in enumerate(zip(pairs, errors, strict=True))
+        Trial("field", f"{k} kernels, ridge {r:g}", error, "held-out step off the field (smaller)", (k, r) == taken)
+        for (k, r), error in found.items()
     ]
-    return placed[pairs[best][0]], pairs[best][1], trials
+    return placed[taken[0]], taken[1], trials

@@ -13,6 +13,7 @@ from skillfold import archive
 from skillfold.demonstrations import Demonstrations
 from skillfold.errors import InputError
 from skillfold.manifold.fitting import Options, fit_model
+from skillfold.manifold.inputs import MANY, amount, choice, read_query, read_states, seed_of, together, whole
 from skillfold.manifold.model import Model
 from skillfold.manifold.planning import Query, plan_demonstrated, plan_geodesic
 from skillfold.manifold.projection import OnManifold, project_anchored, project_from, project_leaf, tangents
@@ -20,7 +21,7 @@ from skillfold.manifold.route import Route
 from skillfold.manifold.samples import read_samples
 from skillfold.manifold.sampling import sample_surface
 from skillfold.manifold.selection import Progress
-from skillfold.manifold.storage import facts_of, pack, read_facts, unpack
+from skillfold.manifold.storage import facts_of, pack, unpack
 from skillfold.manifold.table import Selection
 from skillfold.motion import Plan
 from skillfold.spaces import StateSpace
@@ -168,18 +169,15 @@ class SkillManifold:
                 field's leaf through `near` (else the nearest anchor) and so depends on it.
             rate, steps: α of the paper's iteration and how often at most; for "leaf".
         """
-        states, shape = self._states(x)
-        if method not in METHODS:
-            raise InputError(f"method={method!r}; possible: {', '.join(METHODS)}.")
-        start = None if near is None else np.broadcast_to(self._states(near)[0], states.shape)
-        if method == "leaf":
-            start = self._nearest_anchors(states) if start is None else start
-            found = project_leaf(self.model, states, start, rate, steps)
-        elif start is not None:
-            found = project_from(self.model, states, start)[0]
-        else:
-            found = project_anchored(self.model, states)[0]
-        return self.space.normalize(found).reshape(*shape, self.n_dims)
+        choice("method", method, METHODS)
+        states, start = read_states(x, self.names), None
+        if near is not None:
+            states, start = together(states, read_states(near, self.names))
+            start = self._rows(start)
+        found = self._projected(
+            self._rows(states), start, method, amount("rate", rate, 1.0), whole("steps", steps, 1, MANY)
+        )
+        return self.space.normalize(found).reshape(states.shape)
 
     def distance(self, x: Any) -> Any:
         """Distance of x (..., D) from the modelled surface, the paper's manifold metric (section IV-D); (...,)."""
@@ -196,7 +194,8 @@ class SkillManifold:
 
     def contains(self, x: Any, tolerance: float | None = None) -> Any:
         """Whether x (..., D) lies within `tolerance` of the manifold; left out, `self.tolerance`; (...,)."""
-        return self.distance(x) <= (self.tolerance if tolerance is None else tolerance)
+        limit = self.tolerance if tolerance is None else amount("tolerance", tolerance, zero=True)
+        return self.distance(x) <= limit
 
     def inside(self, x: Any) -> Any:
         """How far x (..., D) lies outside the demonstrations: 1 at the 95 % quantile of held-out samples; (...,)."""
@@ -227,12 +226,12 @@ class SkillManifold:
             InputError: ends of another shape, not finite, an unknown route. A query that cannot be met is no error
                 but a plan without success.
         """
-        route = route or ("demonstrated" if self.route else "geodesic")
-        query = self._query(start, goal, via, POINTS.get(route, 50) if points is None else points)
-        if route not in ROUTES or method not in METHODS:
-            raise InputError(
-                f"route={route!r}, method={method!r}; possible: {', '.join(ROUTES)}; {', '.join(METHODS)}."
-            )
+        if route is None:
+            route = "demonstrated" if self.route else "geodesic"
+        count = POINTS[choice("route", route, ROUTES)] if points is None else points
+        choice("method", method, METHODS)
+        states = self._rows(read_query(start, goal, via, self.names))
+        query = Query(states, whole("points", count, 1 + len(states), MANY))
         if route == "geodesic":
             return plan_geodesic(self.model, self.space, self.names, query, method == "leaf")
         if self.route is None:
@@ -241,14 +240,15 @@ class SkillManifold:
 
     def geodesic_distance(self, a: Any, b: Any) -> Any:
         """Length of the shortest path between a and b (..., D); infinite where none was found; (...,)."""
-        a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
-        starts, shape = self._states(a)
-        plans = [self.plan(s, g, route="geodesic") for s, g in zip(starts, self._states(b)[0], strict=True)]
-        return _scalar(np.array([p.length if p.success else np.inf for p in plans]), shape)
+        starts, goals = together(read_states(a, self.names), read_states(b, self.names))
+        pairs = zip(starts.reshape(-1, self.n_dims), goals.reshape(-1, self.n_dims), strict=True)
+        plans = [self.plan(start, goal, route="geodesic") for start, goal in pairs]
+        return _scalar(np.array([p.length if p.success else np.inf for p in plans]), starts.shape[:-1])
 
     def sample(self, n: int, seed: int = 0) -> Array:
         """`n` states on the manifold, spread over it evenly and within the demonstrations; (n, D)."""
-        return self.space.normalize(sample_surface(self.model, n, seed))
+        drawn = sample_surface(self.model, whole("n", n, 0, MANY), seed_of(seed))
+        return self.space.normalize(drawn)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write everything to one sealed NPZ file, arrays and a JSON header; no pickles."""
@@ -261,38 +261,25 @@ class SkillManifold:
         Raises:
             SkillFileError: the file is damaged, of another format, or no skill.
         """
-        model, route, header = unpack(path)
-        return SkillManifold(model, route, **read_facts(path, header, model.n_dims))
+        model, route, facts = unpack(path)
+        return SkillManifold(model, route, **facts)
 
     def _states(self, x: Any) -> tuple[Array, tuple[int, ...]]:
-        """Checked rows (B, D) nearest to the data among the ways to write them, and the batch shape."""
-        try:
-            array = np.asarray(x, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"States must be numbers (..., {self.n_dims}): {error}.") from None
-        if array.ndim == 0 or array.shape[-1] != self.n_dims:
-            raise InputError(
-                f"Expected states (..., {self.n_dims}) of {', '.join(self.names)}; got shape {array.shape}."
-            )
-        if not np.isfinite(array).all():
-            where = np.argwhere(~np.isfinite(array))[0]
-            raise InputError(f"State value at {tuple(int(i) for i in where)} is {array[tuple(where)]}; not finite.")
-        rows = np.ascontiguousarray(array.reshape(-1, self.n_dims))
-        if not self.space.is_flat:
-            rows = self.space.align(rows, self.model.centre)
-        return rows, array.shape[:-1]
+        """Checked rows (B, D) and the batch shape."""
+        array = read_states(x, self.names)
+        return self._rows(array), array.shape[:-1]
 
-    def _query(self, start: Any, goal: Any, via: Any, points: int) -> Query:
-        rows = []
-        for name, state in (("start", start), ("goal", goal)):
-            states, shape = self._states(state)
-            if shape:
-                raise InputError(f"{name}: expected one state ({self.n_dims},), got shape {np.shape(state)}.")
-            rows.append(states[0])
-        middle = self._states(via)[0] if via is not None else np.empty((0, self.n_dims))
-        if not isinstance(points, int) or points < 3 + len(middle):
-            raise InputError(f"points={points!r}; expected a whole number, {3 + len(middle)} at least.")
-        return Query(np.vstack([rows[0], middle, rows[1]]), points)
+    def _rows(self, states: Array) -> Array:
+        """States (..., D) as rows (B, D), nearest to the data among the ways to write them."""
+        rows = np.ascontiguousarray(states.reshape(-1, self.n_dims))
+        return rows if self.space.is_flat else self.space.align(rows, self.model.centre)
+
+    def _projected(self, states: Array, near: Array | None, method: str, rate: float, steps: int) -> Array:
+        if method == "leaf":
+            start = self._nearest_anchors(states) if near is None else near
+            return project_leaf(self.model, states, start, rate, steps)
+        found = project_anchored(self.model, states) if near is None else project_from(self.model, states, near)
+        return found[0]
 
     def _nearest_anchors(self, states: Array) -> Array:
         inner = self.model.encode(states)

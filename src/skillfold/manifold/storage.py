@@ -1,5 +1,6 @@
 """Skill manifolds as files: plain arrays and a JSON header, every shape checked on the way back."""
 
+from math import comb
 from os import PathLike
 from typing import Any
 
@@ -7,17 +8,21 @@ import numpy as np
 
 from skillfold import archive
 from skillfold.errors import SkillFileError
+from skillfold.manifold.inputs import whole
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model
 from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.route import Route
 from skillfold.manifold.table import Selection, Trial
+from skillfold.recordings import shortened
 from skillfold.spaces import StateSpace
 
 KIND = "skill manifold"
 VERSION = 1
 NUMBERS = ("scale", "step", "tolerance")
 ROUTE = "route_"
+SAMPLES = 2**53  # that a skill may say it was learnt from
+TERMS = 100_000  # of a local surface: its neighbours, which must outnumber them, never come near
 
 
 def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict[str, Any], archive.Arrays]:
@@ -47,20 +52,19 @@ def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict
 
 
 def unpack(path: str | PathLike[str]) -> tuple[Model, Route | None, dict[str, Any]]:
-    """Model, route and header of a saved skill.
+    """Model, route and other attributes of a saved skill.
 
     Raises:
         SkillFileError: whatever is wrong with the file.
     """
     header, arrays = archive.read(path, KIND)
     if header.get("version") != VERSION:
-        raise SkillFileError(f"{path}: format version {header.get('version')!r}; this skillfold reads {VERSION}.")
-    try:
+        raise SkillFileError(
+            f"{path}: format version {shortened(header.get('version'))}; this skillfold reads {VERSION}."
+        )
+    with archive.blaming(path, "not a complete skill"):
         model = _model(header, arrays)
-        route = _route(arrays)
-    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as error:
-        raise SkillFileError(f"{path}: not a complete skill: {error}.") from None
-    return model, route, header
+        return model, _route(arrays, model.n_dims), _facts(header, model.n_dims)
 
 
 def facts_of(skill: Any) -> dict[str, Any]:
@@ -78,39 +82,45 @@ def facts_of(skill: Any) -> dict[str, Any]:
     }
 
 
-def read_facts(path: Any, header: dict[str, Any], n_dims: int) -> dict[str, Any]:
-    """Attributes of a skill from its header, checked."""
-    try:
-        space = StateSpace.from_json(header["space"])
-        names = tuple(str(name) for name in header["names"])
-        facts = {
-            "space": space,
-            "names": names,
-            "selection": Selection(_trial(row) for row in header["selection"]),
-            "noise": _number(header["noise"]),
-            "residual": _number(header["residual"]),
-            "ridge": _number(header["ridge"]),
-            "converged": bool(header["converged"]),
-            "n_samples": int(header["n_samples"]),
-            "notes": tuple(str(note) for note in header["notes"]),
-        }
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise SkillFileError(f"{path}: not a complete skill: {error}.") from None
+def _facts(header: dict[str, Any], n_dims: int) -> dict[str, Any]:
+    space = StateSpace.from_json(header["space"])
+    names = _texts(header["names"])
     if space.n_dims != n_dims or len(names) != n_dims:
-        raise SkillFileError(f"{path}: {len(names)} names and {space.n_dims} kinds for {n_dims} coordinates.")
-    return facts
+        raise ValueError(f"{len(names)} names and {space.n_dims} kinds for {n_dims} coordinates")
+    return {
+        "space": space,
+        "names": names,
+        "selection": Selection(_trial(row) for row in header["selection"]),
+        "noise": _number(header["noise"]),
+        "residual": _number(header["residual"]),
+        "ridge": _number(header["ridge"]),
+        "converged": _only(bool, header["converged"]),
+        "n_samples": whole("n_samples", header["n_samples"], 1, SAMPLES),
+        "notes": _texts(header["notes"]),
+    }
+
+
+def _only(kind: type, value: Any) -> Any:
+    """`value`, if it is of that kind and no other: to Python, true is 1 and text is a list of letters."""
+    if type(value) is not kind:
+        raise TypeError(f"{shortened(value)} where {kind.__name__} belongs")
+    return value
+
+
+def _texts(values: Any) -> tuple[str, ...]:
+    return tuple(_only(str, value) for value in _only(list, values))
 
 
 def _trial(row: Any) -> Trial:
-    choice, setting, score, measure, chosen = row
-    return Trial(str(choice), str(setting), float(score), str(measure), bool(chosen))
+    choice, setting, score, measure, chosen = _only(list, row)
+    choice, setting, measure = (_only(str, text) for text in (choice, setting, measure))
+    return Trial(choice, setting, float(score), measure, _only(bool, chosen))
 
 
 def _number(value: Any) -> float:
-    number = float(value)
-    if not np.isfinite(number) or number < 0.0:
-        raise ValueError(f"{number} where a finite number of 0 or more belongs")
-    return number
+    if not isinstance(value, int | float) or isinstance(value, bool) or not 0.0 <= value < np.inf:
+        raise ValueError(f"{shortened(value)} where a finite number of 0 or more belongs")
+    return float(value)
 
 
 def _floats(arrays: archive.Arrays, name: str, shape: tuple[int, ...]) -> Any:
@@ -124,14 +134,17 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
     D, inner = arrays["kept"].shape
     M = arrays["points"].shape[1]
     d, _, K = arrays["weights"].shape
-    degree = int(header["degree"])
-    if not (1 <= d < inner <= D <= 1000 and M >= 2 and K >= 1 and 1 <= degree <= 8):
+    degree = whole("degree", header["degree"], 1, 8)
+    terms = comb(d + degree, degree)
+    # Compared before the table is made: of many dimensions and a high degree, it alone would fill the memory.
+    fitting = arrays["coefficients"].shape == (M, inner - d, terms) and terms <= TERMS
+    if not (1 <= d < inner <= D <= 1000 and M >= 2 and K >= 1 and fitting):
         raise ValueError(f"sizes D {D}, inner {inner}, d {d}, K {K}, M {M}, degree {degree} do not fit")
     table = monomials(d, degree)
     surface = Surface(
         _floats(arrays, "points", (inner, M)),
         _floats(arrays, "frames", (M, inner, inner)),
-        _floats(arrays, "coefficients", (M, inner - d, len(table.parents))),
+        _floats(arrays, "coefficients", (M, inner - d, terms)),
         _positive("radii", _floats(arrays, "radii", (M,))),
         *table,
     )
@@ -147,7 +160,7 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
     sure = arrays["sure"]
     if sure.dtype != np.bool_ or sure.shape != (M,) or not sure.any():
         raise ValueError("sure: expected a flag for each anchor, one set at least")
-    trust = Trust(*(float(t) for t in _positive("trust", _floats(arrays, "trust", (3,)))), sure)
+    spacing, doubt, cap = (float(t) for t in _positive("trust", _floats(arrays, "trust", (3,))))
     _positive("numbers", np.array([numbers["scale"], numbers["step"]]))
     return Model(
         surface=surface,
@@ -157,7 +170,7 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
         free=_floats(arrays, "free", (D, D - inner)),
         free_extent=_floats(arrays, "free_extent", (D - inner,)),
         edges=edges,
-        trust=trust,
+        trust=Trust(spacing, doubt, cap, sure),
         **numbers,
     )
 
@@ -168,6 +181,11 @@ def _positive(name: str, values: Any) -> Any:
     return values
 
 
-def _route(arrays: archive.Arrays) -> Route | None:
+def _route(arrays: archive.Arrays, n_dims: int) -> Route | None:
     found = {name.removeprefix(ROUTE): a for name, a in arrays.items() if name.startswith(ROUTE)}
-    return Route.from_arrays(found) if found else None
+    if not found:
+        return None
+    route = Route.from_arrays(found)
+    if len(route.centre) != n_dims:
+        raise ValueError(f"a route of {len(route.centre)} coordinates in a skill of {n_dims}")
+    return route

@@ -18,8 +18,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 ITERATIONS = 50
-SETTLED = 1e-4  # relative decrease of the objective at which training stops
-TRIAL_ITERATIONS = 6  # that each start gets before the best goes on
+SETTLED = 5e-4  # relative decrease of the objective at which training stops
+TRIAL_ITERATIONS = 4  # that each start gets before the best goes on
 JITTER = 1e-12  # of the trace, on the diagonal of normal equations
 FLOOR = 1e-6  # of the gauge's eigenvalues; a too large d makes it singular
 
@@ -78,8 +78,9 @@ def smoothness_matrix(values: Array, edges: Indices, n_samples: int) -> Array:
 
 def alignment(H: Array, steps: Array, ridge: float) -> Array:
     """ε_e = (H'H + λI)⁻¹ H'Δ_e, the corrected equation 6; H (E, D, d), steps (E, D), result (E, d)."""
-    gram = np.einsum("eca,ecb->eab", H, H) + ridge * np.eye(H.shape[2])
-    return np.linalg.solve(gram, np.einsum("eca,ec->ea", H, steps)[..., None])[..., 0]
+    turned = np.swapaxes(H, 1, 2)
+    gram = turned @ H + ridge * np.eye(H.shape[2])
+    return np.asarray(np.linalg.solve(gram, turned @ steps[..., None])[..., 0], dtype=np.float64)
 
 
 def _solve_weights(problem: _Problem, eps: Array) -> Array:
@@ -93,7 +94,10 @@ def _solve_weights(problem: _Problem, eps: Array) -> Array:
 
 
 def _field(problem: _Problem, weights: Array) -> Array:
-    return np.einsum("ek,akc->eca", problem.values, weights, optimize=True)
+    """H at the midpoints, (E, D, d), by one matrix product."""
+    d, K, D = weights.shape
+    flat = np.ascontiguousarray(weights.transpose(1, 2, 0)).reshape(K, D * d)
+    return (problem.values @ flat).reshape(-1, D, d)
 
 
 def _roughness(problem: _Problem, weights: Array) -> Array:
@@ -103,7 +107,7 @@ def _roughness(problem: _Problem, weights: Array) -> Array:
 
 def objective(problem: _Problem, weights: Array, eps: Array) -> float:
     """The function that training decreases, per edge."""
-    misfit = np.einsum("eca,ea->ec", _field(problem, weights), eps) - problem.steps
+    misfit = (_field(problem, weights) @ eps[..., None])[..., 0] - problem.steps
     penalty = (eps**2).sum() + np.trace(_roughness(problem, weights))
     return float(((misfit**2).sum() + problem.ridge * penalty) / len(eps))
 
@@ -114,26 +118,25 @@ def _power(matrix: Array, exponent: float) -> Array:
     return (vectors * floored**exponent) @ vectors.T
 
 
-def _balance(problem: _Problem, weights: Array, eps: Array) -> Array:
+def _balance(problem: _Problem, weights: Array, eps: Array) -> tuple[Array, Array]:
     """The gauge H A, A⁻¹ε in which both penalties weigh the same: AA' = the mean of Σεε' and B⁻¹."""
     energy, rough = eps.T @ eps, _roughness(problem, weights)
     rough = rough + FLOOR * np.trace(energy) * np.eye(len(rough))
     root = _power(rough, 0.5)
     gauge = _power(rough, -0.5) @ _power(root @ energy @ root, 0.25)
-    return np.einsum("akc,ab->bkc", weights, gauge)
+    turned = np.asarray(np.linalg.solve(gauge, eps.T).T, dtype=np.float64)
+    return np.einsum("akc,ab->bkc", weights, gauge), turned
 
 
 def _train(problem: _Problem, weights: Array, iterations: int) -> tuple[Array, float, bool, int]:
     value, converged, done = np.inf, False, 0
-    for done in range(1, iterations + 1):
+    while done < iterations and not converged:
+        done += 1
         eps = alignment(_field(problem, weights), problem.steps, problem.ridge)
-        weights = _balance(problem, weights, eps)
-        eps = alignment(_field(problem, weights), problem.steps, problem.ridge)
+        weights, eps = _balance(problem, weights, eps)
         weights = _solve_weights(problem, eps)
         before, value = value, objective(problem, weights, eps)
-        if before - value <= SETTLED * value:
-            converged = True
-            break
+        converged = before - value <= SETTLED * value
     return weights, value, converged, done
 
 
@@ -164,7 +167,7 @@ def train(
         ridge: λ, for steps scaled to unit rms (its meaning depends on that scale).
         seed: of the random start.
         iterations: at most so many.
-        restarts: 0 to 2 further starts: constant principal directions, random.
+        restarts: 0 to 2 further starts: constant principal directions, steps of random edges.
     """
     first, second = samples[edges[:, 0]], samples[edges[:, 1]]
     steps = second - first
@@ -173,11 +176,12 @@ def train(
     problem = _Problem(values, steps / scale, smoothness_matrix(values, edges, len(samples)), ridge)
     d = frames.shape[2]
     constant = np.linalg.svd(samples - samples.mean(0), full_matrices=True)[2][:d].T
-    random = np.random.default_rng(seed).normal(size=(len(features.centres), samples.shape[1], d))
+    # Drawn from the steps themselves, so that turning the data turns the start with them.
+    random = problem.steps[np.random.default_rng(seed).integers(len(steps), size=(d, len(features.centres)))]
     starts = [
         _regress(problem, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2),
-        np.broadcast_to(constant.T[:, None, :], (d, *random.shape[:2])),
-        np.moveaxis(random, 2, 0),
+        np.broadcast_to(constant.T[:, None, :], random.shape),
+        random,
     ][: 1 + restarts]
     trials = [_train(problem, start, TRIAL_ITERATIONS) for start in starts]
     best = min(trials, key=lambda trial: trial[1])

@@ -7,19 +7,17 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from scipy.ndimage import zoom
+from scipy.ndimage import median_filter, zoom
 
-from skillfold.experiments.demo import FINE, PAPER_RMSE, Chapter, Story
-from skillfold.experiments.reaching import GRID_SHAPE, grid
-from skillfold.experiments.three_link import LINK, REACHING, forward, optimal
+from skillfold.experiments.demo import FINE, PAPER_RMSE, Chapter, Field, Story
 from skillfold.motion import Array
+from skillfold.viewing import arm_pictures as arms
 from skillfold.viewing import plots
-from skillfold.viewing.style import FAINT, INK, OFF, ON, PLANS, SOFT, SURFACE, TUNNEL, bare, figure, save, style
+from skillfold.viewing.style import INK, OFF, ON, PLANS, SOFT, TUNNEL, bare, figure, save, style
 
-SMOOTH = 4  # finer than the grid of the field, for its bands
+SMOOTH = 4  # times finer than its grid the bands of a field are drawn
 BANDS = 9
-SHOWN = 4  # paths of the arm
-VIEW = (22.0, -58.0)  # degrees
+DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5.5}
 
 
 def draw(story: Story, folder: Path) -> list[Path]:
@@ -27,165 +25,122 @@ def draw(story: Story, folder: Path) -> list[Path]:
     drawings = [chapter for chapter in story.chapters if chapter.field is not None]
     arm = story.chapters[-1]
     with style():
-        written = [save(handwriting(drawings), folder / "handwriting.png")] if drawings else []
-        written.append(save(three_link(arm), folder / "three_link.png"))
+        figures = {"three_link.png": three_link(arm)}
         if drawings:
-            written.append(save(overview([drawings[0], drawings[-1]], arm), folder / "demo.png"))
-    return written
+            figures["handwriting.png"] = handwriting(drawings)
+            figures["demo.png"] = overview(drawings[0], drawings[-1], arm)
+        return [save(made, folder / name) for name, made in figures.items()]
 
 
 def handwriting(chapters: Sequence[Chapter]) -> Figure:
-    """A column for each skill: above, plans in its tunnel; below, its tangents and states brought back."""
-    made = figure(12.0, 6.5)
+    """A column for each skill: above, new motions in its tunnel; below, states pushed off and brought back."""
+    made = figure(12.0, 6.9)
     axes = made.subplots(2, len(chapters), squeeze=False)
-    made.subplots_adjust(left=0.03, right=0.99, top=0.94, bottom=0.13, wspace=0.04, hspace=0.06)
+    made.subplots_adjust(left=0.025, right=0.995, top=0.95, bottom=0.105, wspace=0.03, hspace=0.03)
     levels = _levels(chapters)
-    bands = None
-    for column, chapter in zip(axes.T, chapters, strict=True):
-        bands = _plane(column[0], chapter, levels)
-        plots.paths(column[0], _paths(chapter))
-        _plane(column[1], chapter, levels)
-        _field_of_tangents(column[1], chapter)
-        plots.projections(column[1], chapter.disturbed, chapter.projected)
-        column[0].set_title(chapter.name, fontweight="bold")
-    for ax, text in zip(axes[:, 0], ("new motions", "pushed off and brought back"), strict=True):
-        ax.set_ylabel(text)
-    _colour_bar(made, bands, [0.70, 0.055, 0.26, 0.018])
-    made.legend(handles=_legend(), loc="lower left", bbox_to_anchor=(0.02, 0.0), ncols=4, columnspacing=1.6)
+    bands = [_plane(ax, chapter, levels) for row in axes for ax, chapter in zip(row, chapters, strict=True)]
+    for (above, below), chapter in zip(axes.T, chapters, strict=True):
+        plots.paths(above, chapter.paths)
+        plots.projections(below, chapter.disturbed, chapter.projected)
+        above.set_title(chapter.name, fontweight="bold")
+    for ax, text in zip(axes[:, 0], ("new motions", "pushed off, brought back"), strict=True):
+        ax.set_ylabel(text, fontsize=10.5)
+    _colour_bar(made, bands[0], (0.735, 0.04, 0.25, 0.016))
+    made.legend(handles=_legend(), loc="lower left", bbox_to_anchor=(0.015, -0.005), ncols=4, columnspacing=1.6)
     return made
 
 
 def three_link(arm: Chapter) -> Figure:
     """The learnt surface, the same paths as motions, states brought back, and errors beside the paper's."""
-    made = figure(12.0, 9.6)
-    plans = _paths(arm)[:SHOWN]
-    sheet = _sheet(arm)
-    spaces = [made.add_axes(place, projection="3d") for place in ([0.0, 0.5, 0.5, 0.46], [0.0, 0.0, 0.5, 0.46])]
-    for ax in spaces:
-        _space(ax, sheet)
-    _learnt(spaces[0], arm, plans)
-    plots.projections(spaces[1], arm.disturbed, arm.projected)
-    _arms(made.add_axes((0.56, 0.53, 0.42, 0.41)), plans)
-    _errors(made.add_axes((0.60, 0.09, 0.36, 0.33)), arm.errors)
+    made = figure(12.0, 9.0)
+    sheet = arms.sheet(arm.skill)
+    spaces = [made.add_axes((0.0, y, 0.56, 0.46), projection="3d") for y in (0.505, 0.02)]
+    for ax, view in zip(spaces, (arms.FACING, arms.ALONG), strict=True):
+        arms.joint_space(ax, sheet, view)
+    arms.learnt(spaces[0], arm, sheet)
+    plots.projections(spaces[1], arm.disturbed, arm.projected, size=4.5)
+    motions = made.add_axes((0.57, 0.5, 0.4, 0.46))
+    arms.motions(motions, arm.paths)
+    errors = made.add_axes((0.61, 0.1, 0.36, 0.32))
+    arms.errors(errors, arm.errors, PAPER_RMSE)
+    count = len(arm.demonstrations[0])
+    titles = {
+        (0.03, 0.965): f"learnt from {count} poses (dots): surface, tangents (crosses), paths",
+        (0.03, 0.465): "pushed off (red), brought back (green)",
+        (0.57, 0.965): "the same paths as motions",
+        (0.57, 0.465): "how far from optimal they are",
+    }
+    _titles(made, titles)
     return made
 
 
-def overview(chapters: Sequence[Chapter], arm: Chapter) -> Figure:
-    """Skills of the plane and the arm side by side."""
-    made = figure(12.0, 3.9)
+def overview(first: Chapter, second: Chapter, arm: Chapter) -> Figure:
+    """Two skills of the plane and the arm, side by side."""
+    made = figure(12.0, 3.45)
+    planes = [made.add_axes((left, 0.02, 0.245, 0.86)) for left in (0.005, 0.258)]
+    levels = _levels([first, second])
+    for ax, chapter in zip(planes, (first, second), strict=True):
+        _plane(ax, chapter, levels)
+        plots.paths(ax, chapter.paths)
+    space = made.add_axes((0.50, -0.02, 0.265, 0.95), projection="3d")
+    sheet = arms.sheet(arm.skill)
+    arms.joint_space(space, sheet, labels=False)
+    arms.learnt(space, arm, sheet)
+    arms.motions(made.add_axes((0.765, 0.02, 0.23, 0.86)), arm.paths)
+    titles = ("learnt from seven strokes", "two ways, one skill", "a skill of three joints", "and its motions")
+    _titles(made, {(x, 0.92): title for x, title in zip((0.005, 0.258, 0.525, 0.775), titles, strict=True)})
     return made
+
+
+def _titles(made: Figure, titles: dict[tuple[float, float], str]) -> None:
+    for place, title in titles.items():
+        made.text(*place, title, fontweight="bold", fontsize=10.5)
 
 
 def _plane(ax: Any, chapter: Chapter, levels: Array) -> Any:
+    """Demonstrations in their tunnel, over the distance field; returns its bands."""
     field = chapter.field
     assert field is not None
-    x, y = _finer(field.x, SMOOTH), _finer(field.y, SMOOTH)
-    bands = plots.distance_field(ax, x, y, np.maximum(zoom(field.distance, SMOOTH, order=1), 0.0), levels)
+    bands = plots.distance_field(ax, *_bands(field), levels)
     plots.tunnel(ax, _finer(field.x, FINE), _finer(field.y, FINE), field.inside)
     plots.demonstrations(ax, chapter.demonstrations)
+    ax.set_xlim(field.x[[0, -1]])
+    ax.set_ylim(field.y[[0, -1]])
     bare(ax)
     return bands
 
 
+def _bands(field: Field) -> tuple[Array, Array, Array]:
+    """The field on a finer grid; specks of a single state are not drawn as large as the grid is coarse."""
+    distance = zoom(median_filter(field.distance, 3), SMOOTH, order=3, mode="nearest")
+    return _finer(field.x, SMOOTH), _finer(field.y, SMOOTH), np.asarray(distance, dtype=np.float64).clip(min=0.0)
+
+
 def _finer(values: Array, times: int) -> Array:
-    return np.linspace(values[0], values[-1], times * len(values))
+    return np.linspace(float(values[0]), float(values[-1]), times * len(values))
 
 
 def _levels(chapters: Sequence[Chapter]) -> Array:
     """Bands that all chapters share, up to a distance that most states of their fields stay below."""
-    largest = np.quantile(np.concatenate([c.field.distance.ravel() for c in chapters if c.field]), 0.95)
-    return np.linspace(0.0, np.ceil(largest / 2) * 2, BANDS)
+    largest = np.quantile(np.concatenate([c.field.distance.ravel() for c in chapters if c.field]), 0.9)
+    return np.arange(BANDS, dtype=np.float64) * max(1.0, float(np.ceil(largest / (BANDS - 1))))
 
 
-def _paths(chapter: Chapter) -> list[Array]:
-    return [plan.path.states for plan in chapter.plans if plan.success]
-
-
-def _field_of_tangents(ax: Any, chapter: Chapter) -> None:
-    states = chapter.skill.sample(60, 1)
-    field = chapter.field
-    assert field is not None
-    plots.tangents(ax, states, chapter.skill.tangent(states), 0.05 * float(np.ptp(field.x)))
-
-
-def _colour_bar(made: Figure, bands: Any, place: list[float]) -> None:
-    bar = made.colorbar(bands, cax=made.add_axes(tuple(place)), orientation="horizontal")
-    bar.outline.set_visible(False)
+def _colour_bar(made: Figure, bands: Any, place: tuple[float, float, float, float]) -> None:
+    bar = made.colorbar(bands, cax=made.add_axes(place), orientation="horizontal", ticks=bands.levels[::2])
+    bar.outline.set_visible(False)  # type: ignore[operator]
     bar.ax.tick_params(length=0)
     bar.ax.set_title("distance from the learnt skill, mm", fontsize=9.5, loc="left", pad=4)
 
 
 def _legend() -> list[Line2D]:
-    dot = {"linestyle": "none", "marker": "o", "markersize": 5}
     return [
         Line2D([], [], color=SOFT, label="demonstrations"),
         Line2D([], [], color=TUNNEL, label="edge of what was demonstrated"),
         Line2D([], [], color=PLANS[0], linewidth=2.2, label="plan"),
-        Line2D([], [], color=INK, markerfacecolor="white", label="new start", **dot),
-        Line2D([], [], color=INK, label="new goal", **dot),
-        Line2D([], [], color=ON, linewidth=1.6, label="learnt tangent"),
-        Line2D([], [], color=OFF, label="disturbed state", **dot),
-        Line2D([], [], color=ON, label="its projection", **dot),
+        Line2D([], [], color=INK, markerfacecolor="white", markeredgewidth=1.5, label="new start", **DOT),
+        Line2D([], [], color=INK, label="new goal", **DOT),
+        Line2D([], [], color=INK, linewidth=0.8, alpha=0.6, label="projection"),
+        Line2D([], [], color=OFF, label="disturbed state", **DOT),
+        Line2D([], [], color=ON, label="brought back", **DOT),
     ]
-
-
-def _sheet(arm: Chapter) -> Array:
-    """The learnt surface over the paper's grid of positions, (m, n, 3)."""
-    return arm.skill.project(optimal(grid(), REACHING)).reshape(*GRID_SHAPE, 3)
-
-
-def _space(ax: Any, sheet: Array) -> None:
-    """Joint space with the learnt surface in it."""
-    plots.surface(ax, sheet, SURFACE, 0.45)
-    ax.computed_zorder = False
-    ax.set_box_aspect(np.ptp(sheet.reshape(-1, 3), axis=0), zoom=1.05)
-    ax.view_init(*VIEW)
-    for axis, name in zip((ax.xaxis, ax.yaxis, ax.zaxis), ("q₁", "q₂", "q₃"), strict=True):
-        axis.set_pane_color("white")
-        axis.line.set_color(FAINT)
-        axis._axinfo["grid"].update(color=FAINT, linewidth=0.5)
-        axis.set_major_locator(_locator())
-        axis.label.set_text(f"{name}, rad")
-
-
-def _locator() -> Any:
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(4)
-
-
-def _learnt(ax: Any, arm: Chapter, plans: list[Array]) -> None:
-    plots.samples(ax, arm.demonstrations[0])
-    states = arm.skill.sample(40, 1)
-    plots.tangents(ax, states, arm.skill.tangent(states), 0.12)
-    plots.paths(ax, plans)
-    ax.set_title("the skill in joint space: 100 samples, tangents, geodesics")
-
-
-def _arms(ax: Any, plans: list[Array]) -> None:
-    """Poses along each path, faint at the start, and the way of the tool."""
-    positions = grid()
-    ax.plot(*positions.T, linestyle="none", marker=".", color=FAINT, markersize=2.0, zorder=0)
-    for path, color in zip(plans, PLANS, strict=False):
-        for index in np.linspace(0, len(path) - 1, 6).astype(int):
-            ax.plot(
-                *_links(path[index]).T, color=color, linewidth=1.4, alpha=0.12 + 0.3 * index / len(path), zorder=2
-            )
-    plots.paths(ax, [forward(path) for path in plans])
-    bare(ax)
-
-
-def _links(joints: Array) -> Array:
-    """Base, both middle joints and tool of one pose, (4, 2)."""
-    angles = np.cumsum(joints)
-    steps = LINK * np.column_stack([np.cos(angles), np.sin(angles)])
-    return np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
-
-
-def _errors(ax: Any, errors: Array) -> None:
-    ordered = np.sort(errors)
-    ax.set_xscale("log")
-    ax.step(ordered, np.arange(1, len(ordered) + 1) / len(ordered), where="post", color=ON, linewidth=2.0)
-    ax.axvline(PAPER_RMSE, color=OFF, linewidth=1.2)
-    ax.set_xlabel("error of a path against the optimal poses, rad")
-    ax.set_ylabel("share of paths")

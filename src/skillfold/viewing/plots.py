@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.collections import LineCollection
+from matplotlib.colors import LinearSegmentedColormap
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from skillfold.motion import Array
 from skillfold.viewing.style import FIELD, INK, OFF, ON, PLANS, SOFT, TUNNEL
+
+LIGHT = np.array([-0.3, -0.5, 0.81])  # where it comes from, in space
 
 
 def demonstrations(ax: Any, recordings: Iterable[Array], color: str = SOFT) -> None:
@@ -62,12 +65,22 @@ def projections(ax: Any, off: Array, on: Array, size: float = 3.6) -> None:
         ax.plot(*states.T, linestyle="none", marker="o", color=color, markersize=size, markeredgewidth=0.0, zorder=6)
 
 
-def surface(ax: Any, states: Array, color: str, alpha: float) -> None:
-    """A sheet (m, n, 3) in space, with the lines of its grid."""
+def surface(ax: Any, states: Array, dark: str, light: str = "#ffffff", every: int = 2) -> None:
+    """A sheet (m, n, 3) in space, lit from above its side, with every few lines of its grid."""
     x, y, z = np.moveaxis(states, -1, 0)
-    ax.plot_surface(x, y, z, color=color, alpha=alpha, shade=False, linewidth=0.0, antialiased=True, zorder=1)
-    for pieces in (states, np.swapaxes(states, 0, 1)):
-        ax.add_collection(_lines(pieces, "white", 0.5, zorder=2, alpha=0.9))
+    colors = LinearSegmentedColormap.from_list("sheet", [dark, light])(_brightness(states))
+    ax.plot_surface(x, y, z, facecolors=colors, shade=False, linewidth=0.0, rstride=1, cstride=1, zorder=1)
+    for pieces in (states[::every], np.swapaxes(states, 0, 1)[::every]):
+        ax.add_collection(_lines(pieces, "white", 0.4, zorder=2))
+
+
+def _brightness(states: Array) -> Array:
+    """From 0 to 1 how squarely the light meets the sheet, (m, n)."""
+    along, across = np.gradient(states, axis=(0, 1))
+    normal = np.cross(along, across)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    lit = np.abs(normal @ LIGHT)
+    return 0.75 * (lit - lit.min()) / max(float(np.ptp(lit)), 1e-12)
 
 
 def _lines(pieces: Any, color: str, width: float, **options: Any) -> Any:

@@ -48,7 +48,7 @@ SETTINGS: dict[str, Any] = {
 
 def style() -> Any:
     """A context in which matplotlib draws in this look, and after which it draws as before."""
-    return mpl.rc_context(SETTINGS)
+    return mpl.rc_context(SETTINGS)  # type: ignore[arg-type]
 
 
 def figure(width: float, height: float) -> Figure:

@@ -10,6 +10,8 @@ from skillfold.manifold.kernels.surface import Field, Surface, displacement, mak
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
+GROWN = 2000  # states that a first path may have
+
 
 @njit
 def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: float, grown: Array) -> int:
@@ -102,7 +104,8 @@ def relax(surface: Surface, field: Field, path: Array, tolerance: float, cap: fl
     block = np.empty((d, d))
     delta = np.empty(D)
     moved, off, iteration = np.inf, np.inf, 0
-    for iteration in range(1, limit + 1):
+    while iteration < limit and moved >= tolerance:
+        iteration += 1
         off = 0.0
         for i in range(1, n - 1):
             displacement(surface, field, path[i], scratch, normals[i])
@@ -147,9 +150,29 @@ def relax(surface: Surface, field: Field, path: Array, tolerance: float, cap: fl
             shrink = min(1.0, cap / max(size, 1e-300))
             for c in range(D):
                 path[i, c] += shrink * delta[c]
-        if moved < tolerance:
-            break
     return iteration, moved, off
+
+
+@njit
+def solve_geodesic(
+    surface: Surface,
+    field: Field,
+    start: Array,
+    goal: Array,
+    step: float,
+    path: Array,
+    tolerance: float,
+    cap: float,
+    limit: int,
+) -> tuple:
+    """Grow, resample and relax into `path` (n, D); (iterations, last step), 0 iterations where ends do not meet."""
+    grown = np.empty((GROWN, start.size))
+    count = grow_path(surface, field, start, goal, step, grown)
+    if count == 0:
+        return 0, np.inf
+    resample(grown[:count], path)
+    iterations, moved, _ = relax(surface, field, path, tolerance, cap, limit)
+    return iterations, moved
 
 
 @njit
@@ -170,7 +193,8 @@ def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> t
     here = np.empty((D, D))
     right = np.empty((n, D, D + 1))
     moved, iteration = np.inf, 0
-    for iteration in range(1, limit + 1):
+    while iteration < limit and moved >= tolerance:
+        iteration += 1
         for i in range(n - 1):
             for c in range(D):
                 midpoint[c] = 0.5 * (path[i, c] + path[i + 1, c])
@@ -207,8 +231,6 @@ def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> t
                 size += (value - path[i, a]) ** 2
                 path[i, a] = value
             moved = max(moved, np.sqrt(size))
-        if moved < tolerance:
-            break
     return iteration, moved
 
 

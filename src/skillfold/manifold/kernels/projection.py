@@ -203,24 +203,23 @@ def displacements(surface: Surface, field: Field, states: Array) -> tuple:
 
 
 @njit
-def distances(surface: Surface, field: Field, trust: Trust, states: Array) -> Array:
-    """Distances of states (B, D) from the modelled surface.
+def judge(surface: Surface, field: Field, trust: Trust, states: Array) -> tuple:
+    """Distances of states (B, D) from the modelled surface, and from the nearest anchor; both (B,).
 
     A state this near needs no projection: the displacement is the distance, up to its square.
     """
-    B, D = states.shape
     scratch = make_scratch(surface, field)
-    work, point = np.empty((4, D)), np.empty(D)
-    result = np.empty(B)
-    for i in range(B):
-        displacement(surface, field, states[i], scratch, work[0])
-        result[i] = norm(work[0])
-        if result[i] > NEAR:
+    work, point = np.empty((4, states.shape[1])), np.empty(states.shape[1])
+    off, nearest = np.empty(len(states)), np.empty(len(states))
+    for i in range(len(states)):
+        nearest[i] = np.sqrt(displacement(surface, field, states[i], scratch, work[0]))
+        off[i] = norm(work[0])
+        if off[i] > NEAR:
             project_state(surface, field, trust, states[i], scratch, work, point)
-            for c in range(D):
+            for c in range(point.size):
                 point[c] -= states[i, c]
-            result[i] = norm(point)
-    return result
+            off[i] = norm(point)
+    return off, nearest
 
 
 @njit

@@ -1,0 +1,101 @@
+"""What users hand to a skill, read and checked: the only door by which their values come in."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from skillfold.errors import InputError
+from skillfold.recordings import LARGEST, shortened
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+REAL = "iuf"  # kinds of NumPy types that are real numbers; complex ones, flags, dates and text are none
+MANY = 10_000_000  # states or steps in one answer: more are a slip, and would not fit into memory
+SEEDS = 2**32 - 1
+
+
+def read_states(x: Any, names: Sequence[str]) -> Array:
+    """States (..., D) as finite numbers, one for each name.
+
+    Raises:
+        InputError: says what was given and what was expected.
+    """
+    array = read_numbers(x, "States", f"(..., {len(names)})")
+    if array.ndim == 0 or array.shape[-1] != len(names):
+        raise InputError(f"Expected states (..., {len(names)}) of {', '.join(names)}; got shape {array.shape}.")
+    # Nothing but a number passes the comparison, and the squares of what passes are finite.
+    usable = np.abs(array) < LARGEST
+    if not usable.all():
+        where = tuple(int(i) for i in np.argwhere(~usable)[0])
+        raise InputError(
+            f"State value at {where} is {array[where]:g}; expected a finite number below {LARGEST:g} in size."
+        )
+    return array
+
+
+def read_query(start: Any, goal: Any, via: Any, names: Sequence[str]) -> Array:
+    """Start, via points and goal in their order; (2 + m, D)."""
+    ends = [read_states(state, names) for state in (start, goal)]
+    for name, state in zip(("start", "goal"), ends, strict=True):
+        if state.ndim != 1:
+            raise InputError(f"{name}: expected one state ({len(names)},), got shape {state.shape}.")
+    # An empty list has no columns, and is no mistake.
+    if via is None or read_numbers(via, "via", f"(m, {len(names)})").size == 0:
+        return np.stack(ends)
+    middle = read_states(via, names)
+    if middle.ndim > 2:
+        raise InputError(f"via: expected states (m, {len(names)}), got shape {middle.shape}.")
+    return np.vstack([ends[0], middle, ends[1]])
+
+
+def read_numbers(values: Any, what: str, shape: str) -> Array:
+    """`values` as float64, if they are real numbers in a rectangular array; `shape` is what to expect, in words."""
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{what} must be numbers {shape}: {error}.") from None
+    if array.size and array.dtype.kind not in REAL:
+        raise InputError(f"{what} must be numbers {shape}; got {shortened(values)}.")
+    if np.ma.is_masked(values):
+        raise InputError(f"{what} must be numbers {shape}; some are masked.")
+    with np.errstate(over="ignore"):  # wider floats may become infinite, which is caught as such
+        return np.asarray(array, dtype=np.float64)
+
+
+def together(a: Array, b: Array) -> tuple[Array, Array]:
+    """Both broadcast to one shape."""
+    try:
+        shape = np.broadcast_shapes(a.shape, b.shape)
+    except ValueError:
+        raise InputError(f"States of shapes {a.shape} and {b.shape} do not go together.") from None
+    return np.broadcast_to(a, shape), np.broadcast_to(b, shape)
+
+
+def whole(name: str, value: Any, low: int, high: int, or_none: bool = False) -> int:
+    """`value`, if it is a whole number from `low` to `high`; flags are none."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
+        last = ", or None" if or_none else ""
+        raise InputError(f"{name}={shortened(value)}; expected a whole number from {low} to {high}{last}.")
+    return int(value)
+
+
+def seed_of(value: Any) -> int:
+    """`value`, if it is a seed: without one, nothing could be done twice."""
+    return whole("seed", value, 0, SEEDS)
+
+
+def amount(name: str, value: Any, high: float = LARGEST, zero: bool = False) -> float:
+    """`value`, if it is a number above 0, or 0 itself where `zero` allows it, and at most `high`."""
+    real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if not real or not 0 <= value <= high or (value == 0 and not zero):
+        kind = "number of 0 or more" if zero else "positive number"
+        raise InputError(f"{name}={shortened(value)}; expected a {kind}, {high:g} at most.")
+    return float(value)
+
+
+def choice(name: str, value: Any, possible: Sequence[str]) -> str:
+    """`value`, if it is one of the words that are possible."""
+    if not isinstance(value, str) or value not in possible:
+        raise InputError(f"{name}={shortened(value)}; possible: {', '.join(possible)}.")
+    return value

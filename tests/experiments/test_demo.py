@@ -1,0 +1,59 @@
+"""The demo: what it computes, and that it goes on without the handwriting."""
+
+import json
+
+import numpy as np
+import pytest
+
+from skillfold.errors import MissingExtraError
+from skillfold.experiments import demo
+
+
+@pytest.fixture(scope="module")
+def story():
+    told = []
+    made = demo.run(1, lambda stage, share: told.append((stage, share)), shapes=("Sshape",))
+    return made, told
+
+
+def test_every_chapter_plans_and_projects(story):
+    chapters = story[0].chapters
+    assert [chapter.name for chapter in chapters] == ["S", "three-link arm"]
+    for chapter in chapters:
+        facts = json.loads(json.dumps(chapter.facts()))
+        assert facts["successful"] >= 1
+        assert facts["projected_off"] < 1e-3 * facts["disturbed_off"]
+        assert len(chapter.paths) == facts["successful"]
+
+
+def test_handwriting_has_a_field_and_new_ends(story):
+    chapter = story[0].chapters[0]
+    n = demo.COARSE
+    assert chapter.field.distance.shape == (n, n)
+    assert chapter.field.inside.shape == (demo.FINE * n, demo.FINE * n)
+    assert (chapter.field.distance >= 0).all()
+    starts = np.array([states[0] for states in chapter.demonstrations])
+    for path in chapter.paths:
+        assert np.linalg.norm(starts - path[0], axis=1).min() > 0
+
+
+def test_the_arm_beats_the_paper(story):
+    facts = story[0].chapters[-1].facts()
+    assert facts["successful"] == facts["plans"] == demo.PATHS
+    assert facts["rmse"] < facts["paper_rmse"]
+
+
+def test_progress_goes_forward(story):
+    shares = [share for _, share in story[1]]
+    assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] == 1.0
+
+
+def test_without_the_handwriting_the_arm_remains(monkeypatch):
+    def absent(multi_mode):
+        raise MissingExtraError("not installed: pip install 'skillfold[data]'.")
+
+    monkeypatch.setattr(demo, "lasa", absent)
+    monkeypatch.setattr(demo, "PATHS", 3)
+    made = demo.run(0)
+    assert [chapter.name for chapter in made.chapters] == ["three-link arm"]
+    assert "skillfold[data]" in made.notes[0]

@@ -1,0 +1,88 @@
+"""Free directions: found where there are some, and none made up where there are none."""
+
+import numpy as np
+import pytest
+
+from manifold import clouds
+from skillfold.manifold.free import normal_spectrum, split_directions
+
+BENT = {
+    "sphere": (clouds.draw_sphere, 2),
+    "torus": (clouds.torus, 2),
+    "circle in a plane of 3": (clouds.draw_circle, 1),
+    "height": (clouds.draw_plane, 2),
+    "two circles": (clouds.tori, 2),
+    "sphere in 4": (clouds.sphere_of(4), 3),
+    "sheet 2 in 4": (clouds.sheet(4, 2), 2),
+    "sheet 3 in 5": (clouds.sheet(5, 3), 3),
+}
+
+
+@pytest.mark.parametrize("free", [1, 2, 3])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("dim", [None, "given"])
+def test_the_lines_of_circle_times_lines_are_found(free, noise, dim):
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        x, lines = clouds.cylinder(free)(500, rng)
+        x = clouds.normalised(x + noise * rng.normal(size=x.shape))
+        split, trials = split_directions(x, None, None if dim is None else 1 + free, False, 0)
+        assert split.free.shape == (2 + free, free)
+        assert split.dim == 1
+        # Sine of the angle between the lines and what was found.
+        assert np.linalg.norm(lines.T - split.free @ (split.free.T @ lines.T)) < 0.05
+        basis = np.hstack([split.kept, split.free])
+        np.testing.assert_allclose(basis.T @ basis, np.eye(2 + free), atol=1e-12)
+        assert [t.setting for t in trials if t.choice == "free directions"] == [
+            f"{free} of {2 + free} free, d = {1 + free}"
+        ]
+
+
+@pytest.mark.parametrize("name", BENT)
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
+def test_nothing_is_free_where_everything_bends(name, noise):
+    draw, dim = BENT[name]
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        x = draw(400, rng)
+        x = clouds.normalised(x + noise * rng.normal(size=x.shape))
+        split, trials = split_directions(x, None, None, False, 0)
+        assert split.free.shape[1] == 0, f"seed {seed}"
+        assert split.dim == dim, f"seed {seed}"
+        assert not [t for t in trials if t.choice == "free directions"]
+
+
+@pytest.mark.parametrize("name", ["sphere", "sheet 3 in 5"])
+def test_nothing_is_free_where_the_dimension_is_given(name):
+    draw, dim = BENT[name]
+    for seed in range(4):
+        x = clouds.normalised(draw(400, np.random.default_rng(seed)))
+        split, _ = split_directions(x, None, dim, False, 0)
+        assert (split.free.shape[1], split.dim) == (0, dim)
+
+
+def test_recordings_are_judged_by_whole_recordings():
+    """Straight strokes along a circle's axis, each at its own place on the circle."""
+    rng = np.random.default_rng(0)
+    angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    t = np.linspace(-1.5, 1.5, 30)
+    strokes = [np.column_stack([np.full(30, np.cos(a)), np.full(30, np.sin(a)), t]) for a in angles]
+    x = clouds.normalised(np.vstack(strokes) + 1e-3 * rng.normal(size=(720, 3)))
+    split, _ = split_directions(x, np.repeat(np.arange(24), 30), 2, True, 0)
+    np.testing.assert_allclose(np.abs(split.free), [[0.0], [0.0], [1.0]], atol=0.02)
+
+
+def test_spectrum_of_a_plane_and_of_a_sphere():
+    rng = np.random.default_rng(0)
+    plane = np.column_stack([rng.uniform(-1, 1, (400, 2)), np.zeros(400)])
+    touched, directions = normal_spectrum(plane, 1, 0)
+    np.testing.assert_allclose(touched, [0.0, 0.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(np.abs(directions[:, 2]), [0.0, 0.0, 1.0], atol=1e-9)
+    np.testing.assert_allclose(normal_spectrum(clouds.draw_sphere(1000, rng), 1, 0)[0], 1 / 3, atol=0.06)
+
+
+def test_same_seed_same_bits():
+    x, _ = clouds.cylinder(2)(2500, np.random.default_rng(0))
+    first, second = (split_directions(clouds.normalised(x), None, None, False, 4)[0] for _ in range(2))
+    np.testing.assert_array_equal(first.free, second.free)
+    np.testing.assert_array_equal(first.kept, second.kept)

@@ -1,0 +1,129 @@
+"""Cross-validation of the local surfaces and of the field: what is tried, what is left out, what is taken."""
+
+import math
+
+import numpy as np
+import pytest
+
+from manifold import clouds
+from skillfold.manifold import selection
+from skillfold.manifold.anchors import fit_surfaces, held_out_residuals, nearest_others
+from skillfold.manifold.graph import align_frames, build_graph
+from skillfold.manifold.selection import LARGEST, Shape, candidate_shapes, choose_field, choose_shape
+from skillfold.manifold.table import Selection, Trial
+
+
+def silent(stage, share):
+    pass
+
+
+@pytest.mark.parametrize(("n", "d"), [(50, 1), (200, 2), (1000, 3), (5, 1), (2000, 6)])
+def test_candidates_have_enough_neighbours_for_their_terms(n, d):
+    shapes = candidate_shapes(n, d, LARGEST)
+    assert shapes
+    assert len(set(shapes)) == len(shapes)
+    for degree, neighbours in shapes:
+        terms = math.comb(d + degree, degree)
+        assert 1 <= neighbours <= min(n, LARGEST)
+        assert neighbours > terms or shapes == [Shape(1, n)]
+        assert degree <= 2 or terms <= selection.MOST_TERMS
+
+
+def test_where_hardly_any_samples_are_left_a_plane_through_all_is_tried():
+    assert candidate_shapes(3, 4, LARGEST) == [Shape(1, 3)]
+
+
+def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
+    x = clouds.normalised(clouds.draw_sphere(400, np.random.default_rng(0)))
+    best, residual, trials = choose_shape(x, None, 2, LARGEST, 0, 1, silent)
+    assert [t.setting for t in trials if t.chosen] == [f"degree {best.degree}, {best.neighbours} neighbours"]
+    assert residual == min(t.score for t in trials if t.chosen)
+    assert residual <= 1.1 * min(t.score for t in trials)
+    assert best.degree >= 2  # a sphere is bent
+    possible = {f"degree {s.degree}, {s.neighbours} neighbours" for s in candidate_shapes(399, 2, LARGEST)}
+    assert {t.setting for t in trials} <= possible
+    assert len(trials) > 10
+
+
+def test_scores_are_winsorised_held_out_residuals():
+    """Of so few samples every one is predicted."""
+    x = clouds.normalised(clouds.torus(90, np.random.default_rng(0)))
+    _, _, trials = choose_shape(x, None, 2, 20, 0, 1, silent)
+    everything = np.arange(90)
+    for trial in trials:
+        degree, neighbours = (int(word) for word in trial.setting.replace(",", "").split() if word.isdigit())
+        others = nearest_others(x, everything, neighbours, None)
+        squares = held_out_residuals(x, everything, others, 2, degree) ** 2
+        expected = np.sqrt(np.minimum(squares, np.quantile(squares, selection.WINSOR)).mean())
+        assert trial.score == pytest.approx(expected, rel=1e-9)
+
+
+def test_noise_asks_for_larger_neighbourhoods():
+    rng = np.random.default_rng(0)
+    x = clouds.draw_sphere(800, rng)
+    quiet = choose_shape(clouds.normalised(x), None, 2, LARGEST, 0, 1, silent)[0]
+    noisy = choose_shape(clouds.normalised(x + 0.05 * rng.normal(size=x.shape)), None, 2, LARGEST, 0, 1, silent)[0]
+
+    def samples_a_coefficient(shape):
+        return shape.neighbours / math.comb(2 + shape.degree, 2)
+
+    assert samples_a_coefficient(noisy) > 3 * samples_a_coefficient(quiet)
+
+
+def test_recordings_are_left_out_whole():
+    """Held-out residuals then tell the spread between recordings, not the noise along one."""
+    t = np.linspace(0, 1, 60)
+    x = np.vstack([np.column_stack([t, np.sin(2 * t) + 0.1 * i]) for i in range(6)])
+    by_recording = choose_shape(x, np.repeat(np.arange(6), 60), 1, 60, 0, 1, silent)[1]
+    by_sample = choose_shape(x, None, 1, 60, 0, 1, silent)[1]
+    assert by_recording > 0.02
+    assert by_recording > by_sample
+
+
+def test_folds_keep_recordings_together():
+    edges = np.array([[0, 1], [1, 2], [3, 4], [4, 5], [6, 7]])
+    groups = np.array([0, 0, 0, 1, 1, 1, 2, 2])
+    np.testing.assert_array_equal(selection._folds(edges, groups, 0), [0, 0, 1, 1, 2])
+    random = selection._folds(np.zeros((3000, 2), dtype=int), None, 0)
+    assert set(random) == {0, 1, 2}
+    assert np.bincount(random).min() > 900
+
+
+@pytest.fixture(scope="module")
+def prepared():
+    x = clouds.normalised(clouds.torus(200, np.random.default_rng(0)))
+    graph = build_graph(x, 6)
+    neighbours = np.linalg.norm(x[:, None] - x, axis=2).argsort(1)[:, :15]
+    return x, graph.edges, align_frames(fit_surfaces(x, x, neighbours, 2, 2).tangents, graph)
+
+
+def test_what_is_given_is_not_chosen(prepared):
+    features, ridge, trials = choose_field(*prepared, None, 7, 1e-3, 0, 1, silent)
+    assert (len(features.centres), ridge, trials) == (7, 1e-3, [])
+
+
+def test_the_field_taken_leaves_least_of_held_out_steps(prepared):
+    stages = []
+    features, ridge, trials = choose_field(*prepared, None, None, 1e-5, 0, 1, lambda *stage: stages.append(stage))
+    assert [t.setting for t in trials] == [f"{k} kernels, ridge 1e-05" for k in (5, 10, 20, 40)]
+    best = min(trials, key=lambda t: t.score)
+    assert [t for t in trials if t.chosen] == [best]
+    assert best.setting == f"{len(features.centres)} kernels, ridge {ridge:g}"
+    shares = [share for _, share in stages]
+    assert shares == sorted(shares)
+    assert shares[0] == 0.0
+    assert shares[-1] == 1.0
+
+
+def test_workers_change_nothing(prepared):
+    one = choose_field(*prepared, None, 10, None, 0, 1, silent)
+    two = choose_field(*prepared, None, 10, None, 0, 2, silent)
+    assert one[2] == two[2]
+    np.testing.assert_array_equal(one[0].centres, two[0].centres)
+
+
+def test_the_table_prints_and_comes_back_from_json():
+    table = Selection([Trial("dimension", "d = 1", 2.0, "gap", True), Trial("field", "5 kernels", 0.1, "off", False)])
+    assert table.of("field") == (table[1],)
+    assert Selection(Trial(*row) for row in table.to_json()) == table
+    assert [line[:2] for line in repr(table).splitlines()[1:]] == ["* ", "  "]
