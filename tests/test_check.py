@@ -63,7 +63,7 @@ def test_a_path_outside_the_demonstrations_fails():
 
 
 def test_a_path_may_lie_as_far_outside_as_its_ends():
-    far = line() + [2 * OUTSIDE, 0.0, 0.0]
+    far = line() + np.array([2 * OUTSIDE, 0.0, 0.0])
     check = check_path(far, Plane(), 0.01, FLAT)
     assert check.ok
     assert check.outside == pytest.approx(2 * OUTSIDE + 1)

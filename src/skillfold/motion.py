@@ -14,8 +14,8 @@ def _frozen(values: Any, name: str, ndim: int) -> Array:
     expected = f"{name}: expected {ndim} dimensions of finite numbers"
     try:
         given = np.asarray(values)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{expected}: {error}.") from None
+    except (TypeError, ValueError):
+        raise InputError(f"{expected}, got ragged rows.") from None
     if given.size and given.dtype.kind not in "iuf":  # text, flags, complex numbers
         raise InputError(f"{expected}, got an array of {given.dtype}.")
     array = np.array(given, dtype=np.float64)

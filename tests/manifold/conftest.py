@@ -1,9 +1,10 @@
-"""Skills fitted once for all tests of the manifold family."""
+"""Skills fitted once for all tests of the manifold family, and one of them saved."""
 
 import numpy as np
 import pytest
 
 from manifold import clouds
+from manifold.laws import KINDS, Skills
 from skillfold import SkillManifold
 from skillfold.experiments.reaching import grid
 from skillfold.experiments.three_link import REACHING, optimal
@@ -47,6 +48,18 @@ def recorded():
     return fit(curves(), 1, 6)
 
 
-@pytest.fixture(params=["sphere", "arm", "cylinder", "recorded"])
+@pytest.fixture(scope="session")
+def skills(sphere, arm, cylinder, recorded):
+    return Skills(zip(KINDS, (sphere, arm, cylinder, recorded), strict=True))
+
+
+@pytest.fixture(params=KINDS)
 def skill(request):
     return request.getfixturevalue(request.param)
+
+
+@pytest.fixture
+def saved(recorded, tmp_path):
+    path = tmp_path / "skill.npz"
+    recorded.save(path)
+    return path

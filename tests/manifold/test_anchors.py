@@ -126,7 +126,8 @@ def test_nearest_others_leave_out_what_they_must(groups):
 
 
 @pytest.mark.parametrize(
-    ("draw", "d", "degree", "largest"), [(draw_sphere, 2, 2, 5e-3), (draw_sphere, 2, 4, 1e-3), (draw_circle, 1, 3, 1e-4)]
+    ("draw", "d", "degree", "largest"),
+    [(draw_sphere, 2, 2, 5e-3), (draw_sphere, 2, 4, 1e-3), (draw_circle, 1, 3, 1e-4)],
 )
 def test_held_out_residuals_of_true_surfaces_are_small(draw, d, degree, largest):
     x = draw(500, np.random.default_rng(0))

@@ -46,7 +46,9 @@ def test_temporal_links_are_kept_where_neighbours_would_not_make_them():
     """Two slow recordings and one fast one, whose own steps are longer than the way to the others."""
     slow = np.linspace(0, 1, 60)
     fast = np.linspace(0, 1, 5)
-    x = np.vstack([np.column_stack([slow, 0 * slow + y]) for y in (0, 0.02)] + [np.column_stack([fast, 0 * fast + 0.01])])
+    x = np.vstack(
+        [np.column_stack([slow, 0 * slow + y]) for y in (0, 0.02)] + [np.column_stack([fast, 0 * fast + 0.01])]
+    )
     groups = np.r_[np.repeat([0, 1], 60), np.full(5, 2)]
     graph = build_graph(x, 3, groups)
     assert as_set(temporal_pairs(groups)) <= as_set(graph.edges)

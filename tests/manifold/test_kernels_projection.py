@@ -29,23 +29,26 @@ def test_trusted(model):
     assert {True, False} == set(verdicts)
 
 
+@pytest.mark.parametrize(("tolerance", "steps"), [(1e-10, 30), (1e-4, 5)])
 @pytest.mark.parametrize("bounded", [False, True])
-def test_descend(model, bounded):
+def test_descend(model, bounded, tolerance, steps):
     states, starts = model.states(10, 0.3), model.states(10, 0.0)
     scratch, work = make_scratch(*arrays(model)), np.empty((4, states.shape[1]))
+    asked = *arrays(model), model.trust, bounded
     for state, start in zip(states, starts, strict=True):
         point = start.copy()
-        met = projection.descend(*arrays(model), model.trust, bounded, state, point, scratch, work)
-        expected, good = twins.descend(*arrays(model), model.trust, bounded, state, start)
+        met = projection.descend(*asked, state, point, tolerance, steps, scratch, work)
+        expected, good = twins.descend(*asked, state, start, tolerance, steps)
         assert met == good
         np.testing.assert_allclose(point, expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("spacing", [0.05, 0.5])
 @pytest.mark.parametrize("sure", [0, 2, None])
-def test_find_starts(model, sure):
-    """With no sure anchors, with two, and with as many as there are."""
+def test_find_starts(model, sure, spacing):
+    """With no sure anchors, with two, and with as many as there are; few of them around, or many."""
     flags = model.trust.sure if sure is None else np.arange(len(model.trust.sure)) < sure
-    trust = model.trust._replace(sure=flags)
+    trust = model.trust._replace(sure=flags, spacing=spacing)
     scratch = make_scratch(*arrays(model))
     for state in model.states(10, 0.5):
         projection.find_starts(model.surface, trust, state, scratch)
@@ -99,22 +102,24 @@ def test_displacements(model):
     np.testing.assert_allclose(nearest, [np.sqrt(e[2]) for e in expected], atol=1e-10)
 
 
+@pytest.mark.parametrize("enough", [0.0, 1e-6, 0.05])
 @pytest.mark.parametrize("spread", [0.0, 0.3])
-def test_judge(model, spread):
-    states = model.states(10, spread)
-    expected = [twins.distance(*arrays(model), model.trust, x) for x in states]
-    off, nearest = projection.judge(*arrays(model), model.trust, states)
+def test_judge(model, spread, enough):
+    states = model.states(6, spread)
+    expected = [twins.distance(*arrays(model), model.trust, x, enough) for x in states]
+    off, nearest = projection.judge(*arrays(model), model.trust, states, enough)
     np.testing.assert_allclose(off, expected, atol=1e-9)
     np.testing.assert_allclose(nearest, projection.nearest_distances(model.surface, states), atol=1e-12)
 
 
 def test_judge_next_to_the_surface(model):
-    """Where the displacement is taken for the distance."""
+    """Where the displacement is taken for the distance, unless the anchors disagree."""
     on, met = projection.project_states(*arrays(model), model.trust, model.states(20, 0.05))
     assert met.any()
     states = on[met] + 1e-7 * model.rng.normal(size=on[met].shape)
-    expected = [twins.distance(*arrays(model), model.trust, x) for x in states]
-    np.testing.assert_allclose(projection.judge(*arrays(model), model.trust, states)[0], expected, atol=1e-10)
+    expected = [twins.distance(*arrays(model), model.trust, x, 1e-6) for x in states]
+    found, _ = projection.judge(*arrays(model), model.trust, states, 1e-6)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 def test_nearest_distances(model):

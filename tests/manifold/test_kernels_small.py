@@ -20,7 +20,9 @@ def rows_and_rng(request):
 
 @pytest.mark.parametrize("module", [small, surface, projection, geodesic], ids=lambda m: m.__name__.split(".")[-1])
 def test_every_kernel_is_tested(module):
-    kernels = {n for n, f in vars(module).items() if hasattr(f, "py_func") and f.py_func.__module__ == module.__name__}
+    kernels = {
+        n for n, f in vars(module).items() if hasattr(f, "py_func") and f.py_func.__module__ == module.__name__
+    }
     name = module.__name__.split(".")[-1]
     text = (Path(__file__).parent / f"test_kernels_{name}.py").read_text(encoding="utf-8")
     assert kernels

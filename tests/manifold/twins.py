@@ -85,17 +85,17 @@ def displacement(surface, field, x):
     return mean - basis.T @ (basis @ mean), basis, square[0], np.sqrt(max(spread, 0.0))
 
 
-def descend(surface, field, trust, bounded, state, point):
+def descend(surface, field, trust, bounded, state, point, tolerance=1e-10, steps=30):
     """Anchored Newton toward `state` along the surface; the point reached and whether it is on the surface."""
     rate, before, previous = 1.0, np.inf, point
-    for step in range(40):
+    for step in range(steps):
         normal, basis, square, doubt = displacement(surface, field, point)
         if bounded and step > 0 and (square > trust.spacing**2 or doubt > trust.doubt):
             rate, point = rate / 2, previous
             normal, basis, _, _ = displacement(surface, field, point)
         along = basis.T @ (basis @ (state - point))
         off, pull = np.linalg.norm(normal), np.linalg.norm(along)
-        if off < 1e-10 and rate * pull < 1e-10:
+        if off < tolerance and rate * pull < tolerance:
             return point, True
         if rate < 1e-3:
             break
@@ -108,30 +108,32 @@ def descend(surface, field, trust, bounded, state, point):
     for _ in range(5):
         normal = displacement(surface, field, point)[0]
         off = np.linalg.norm(normal)
-        if off < 1e-10:
+        if off < tolerance:
             break
         point = point - normal
-    return point, bool(off < 1e-7)
+    return point, bool(off < 1e3 * tolerance)
 
 
 def starts(surface, trust, state):
-    """The nearest sure anchors; where they are fewer than wanted, filled up with the nearest of all."""
+    """The nearest sure anchors, none more than two spacings beyond the nearest of all; else simply the nearest."""
     square = ((surface.points - state[:, None]) ** 2).sum(0)
     order = np.argsort(square, kind="stable")
-    sure = [i for i in order if trust.sure[i]]
     wanted = min(STARTS, len(order))
-    return (sure + [order[0]] * wanted)[:wanted]
+    far = np.sqrt(square[order[0]]) + 2.0 * trust.spacing
+    sure = [i for i in order if trust.sure[i] and square[i] <= far**2]
+    return sure[:wanted] if len(sure) >= wanted else order[:wanted]
 
 
 def project_state(surface, field, trust, state):
     """The closest trusted point of the surface, and whether one was met."""
     order, _ = nearest(surface.points, state)
-    if np.linalg.norm(displacement(surface, field, state)[0]) < 0.25 * surface.radii[order[0]]:
+    normal, _, _, doubt = displacement(surface, field, state)
+    if np.linalg.norm(normal) < 0.25 * surface.radii[order[0]] and doubt < 10.0 * trust.doubt:
         point, met = descend(surface, field, trust, False, state, state)
         if met:
             return point, True
     anchors = surface.points.T[starts(surface, trust, state)]
-    found = [descend(surface, field, trust, True, state, anchor) for anchor in anchors]
+    found = [descend(surface, field, trust, True, state, anchor, 1e-4, 12) for anchor in anchors]
     met = [point for point, good in found if good]
     if not met:
         return anchors[0], False
@@ -141,13 +143,18 @@ def project_state(surface, field, trust, state):
         sure = square <= trust.spacing**2 and doubt <= trust.doubt
         return not sure, np.linalg.norm(state - point)
 
-    return min(met, key=rank), True
+    best = min(met, key=rank)
+    point, good = descend(surface, field, trust, True, state, best)
+    return point if good else best, True
 
 
-def distance(surface, field, trust, state):
-    """Length of the displacement where that is tiny, else of the way to the projection."""
-    off = np.linalg.norm(displacement(surface, field, state)[0])
-    return off if off <= 1e-6 else np.linalg.norm(project_state(surface, field, trust, state)[0] - state)
+def distance(surface, field, trust, state, enough):
+    """Length of the displacement where that is small and sure enough, else of the way to the projection."""
+    normal, _, _, doubt = displacement(surface, field, state)
+    off = np.linalg.norm(normal)
+    if off <= enough and doubt <= 10.0 * trust.doubt:
+        return off
+    return np.linalg.norm(project_state(surface, field, trust, state)[0] - state)
 
 
 def follow_leaf(field, state, near, rate, steps):

@@ -100,7 +100,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     chosen = _anchor_choice(inner, options.seed)
     anchor_groups = groups[chosen] if groups is not None else None
     neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
-    build_graph(inner[chosen], neighbors, anchor_groups)  # says early where the samples fall apart
+    build_graph(inner[chosen], neighbors, anchor_groups, scale=scale)  # says early where the samples fall apart
     progress("looking for the dimension", 0.0)
     split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed)
     outer, inner, dim = inner, inner @ split.kept, split.dim

@@ -53,8 +53,8 @@ def read_numbers(values: Any, what: str, shape: str) -> Array:
     """`values` as float64, if they are real numbers in a rectangular array; `shape` is what to expect, in words."""
     try:
         array = np.asarray(values)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{what} must be numbers {shape}: {error}.") from None
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be numbers {shape}; got ragged rows: {shortened(values)}.") from None
     if array.size and array.dtype.kind not in REAL:
         raise InputError(f"{what} must be numbers {shape}; got {shortened(values)}.")
     if np.ma.is_masked(values):

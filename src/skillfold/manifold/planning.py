@@ -36,7 +36,7 @@ def plan_geodesic(model: Model, space: StateSpace, names: tuple[str, ...], query
     states = _exact_ends(space.normalize(states), asked, counts)
     allowed = model.scale * EXACT + float(OnManifold(model).distance(asked).max())
     tolerance = max(allowed, model.scale * model.tolerance)
-    check = check_path(states, OnManifold(model), tolerance, space, _usual(model))
+    check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
     parts = [part for _, part in legs]
     story = _story_geodesic(moved, supported, parts)
     return _plan(states, names, check, story, parts, moved, "geodesic")
@@ -47,9 +47,9 @@ def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], r
     answer = route.between(query.states[0], query.states[-1], query.points, query.states[1:-1])
     held = _hold(model, answer.states, query.states, DOUBTED * answer.spread)
     states = space.normalize(held)
-    tolerance = model.scale * model.tolerance + 3.0 * float(answer.spread.max())
     ends = float(OnManifold(model).distance(query.states).max())
-    check = check_path(states, OnManifold(model), max(tolerance, 1.5 * ends), space, _usual(model))
+    tolerance = max(model.scale * model.tolerance + 3.0 * float(answer.spread.max()), 1.5 * ends)
+    check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
     story = "Follows the demonstrations"
     if answer.reversed:
         story += ", travelled backwards"
@@ -71,7 +71,7 @@ def _usual(model: Model) -> float:
 def _onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
     moved = np.zeros(len(states))
-    off = OnManifold(model).distance(states) > _usual(model)
+    off = OnManifold(model, _usual(model)).distance(states) > _usual(model)
     if not off.any():
         return states, moved, True
     onto = states.copy()
@@ -104,13 +104,16 @@ def _exact_ends(states: Array, asked: Array, counts: list[int]) -> Array:
 
 def _hold(model: Model, states: Array, given: Array, spread: Array) -> Array:
     """Pull states that are farther off the manifold than samples are back to that distance, given ones excepted."""
-    foot, _ = project_anchored(model, states)
-    offset = states - foot
-    distance = np.linalg.norm(offset, axis=1)
     allowed = model.scale * model.tolerance + spread
-    keep = np.minimum(1.0, allowed / np.maximum(distance, 1e-300))
-    keep[(states[:, None] == given[None]).all(2).any(1)] = 1.0
-    return foot + keep[:, None] * offset
+    off = OnManifold(model, float(allowed.min())).distance(states) > allowed
+    off &= ~(states[:, None] == given[None]).all(2).any(1)
+    if not off.any():
+        return states
+    foot, _ = project_anchored(model, states[off])
+    offset = states[off] - foot
+    held = states.copy()
+    held[off] = foot + (allowed[off] / np.linalg.norm(offset, axis=1))[:, None] * offset
+    return held
 
 
 def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:

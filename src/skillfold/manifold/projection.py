@@ -13,6 +13,7 @@ from skillfold.manifold.kernels import projection as kernels
 from skillfold.manifold.model import Model
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+NEAR = 1e-6  # rms radii of the data: a displacement this small is the distance
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
@@ -45,29 +46,29 @@ def tangents(model: Model, states: Array) -> Array:
 
 @dataclass(frozen=True)
 class OnManifold:
-    """A model as a constraint that a check can ask."""
+    """A model as a constraint that a check can ask.
+
+    Attributes:
+        model: the manifold.
+        enough: states nearer than this are not projected to learn how near; in state units.
+    """
 
     model: Model
+    enough: float = 0.0
 
     def distance(self, states: Array, /) -> Array:
         """Distances (B,) of states (B, D) from the modelled surface."""
-        return self.judge(states)[0]
+        m = self.model
+        enough = max(self.enough / m.scale, NEAR)
+        return m.scale * kernels.judge(m.surface, m.field, m.trust, m.encode(states), enough)[0]
 
     def inside(self, states: Array, /) -> Array:
         """Distances (B,) from the nearest anchor, 1 at the 95 % quantile of held-out samples.
 
         Along free directions nothing counts until the range of the samples is left.
         """
-        return self._outside(states, kernels.nearest_distances(self.model.surface, self.model.encode(states)))
-
-    def judge(self, states: Array, /) -> tuple[Array, Array]:
-        """`distance` and `inside` at the price of the first."""
         m = self.model
-        off, near = kernels.judge(m.surface, m.field, m.trust, m.encode(states))
-        return m.scale * off, self._outside(states, near)
-
-    def _outside(self, states: Array, near: Array) -> Array:
-        m = self.model
+        near = kernels.nearest_distances(m.surface, m.encode(states))
         if m.free.shape[1]:
             beyond = np.maximum(np.abs((states - m.centre) @ m.free) - m.free_extent, 0.0) / m.scale
             near = np.sqrt(near**2 + (beyond**2).sum(1))

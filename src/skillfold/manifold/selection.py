@@ -26,8 +26,8 @@ COMPARED = 1500  # samples that the better candidates predict
 BETTER = 1.2  # times the least error: a candidate worth comparing
 HOPELESS = 2.0  # times the least error of its degree: larger neighbourhoods only get worse
 DOUBTED = 2.0  # standard errors within which a candidate counts as good as the best
-BESIDE = 2  # recordings that should be within reach of each sample
-ACROSS = 4.0  # times the distance to them that neighbourhoods of recordings span at least
+BESIDE = 1  # recordings that should be within reach of each sample
+ACROSS = 6.0  # times the distance to them that neighbourhoods of recordings span at least
 WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
 KERNELS = (5, 10, 20, 40, 80)
 RIDGES = (1e-6, 1e-5, 1e-4)
@@ -43,7 +43,7 @@ class Shape(NamedTuple):
     neighbours: int
 
 
-def candidate_shapes(n_others: int, dim: int, smallest: int, largest: int) -> list[Shape]:
+def candidate_shapes(n_others: int, dim: int, largest: int, smallest: int = 1) -> list[Shape]:
     """Every degree with neighbourhoods from one and a half samples a coefficient up, none below `smallest`."""
     shapes = []
     for degree in DEGREES:
@@ -107,7 +107,7 @@ def choose_shape(
     """
     smallest = len(samples) - 1 if groups is None else len(samples) - np.bincount(groups).max()
     across = 1 if groups is None else min(neighbours_across(samples, groups, seed), smallest)
-    shapes = candidate_shapes(int(smallest), dim, across, largest)
+    shapes = candidate_shapes(int(smallest), dim, largest, across)
     progress("choosing the local surfaces", 0.0)
     shapes, first = _screened(samples, groups, dim, shapes, seed, jobs)
     progress("choosing the local surfaces", 0.4)
@@ -140,10 +140,10 @@ def _screened(
     chosen = _spread_out(len(samples), SCREENED, seed)
     others = nearest_others(samples, chosen, max(s.neighbours for s in shapes), groups)
     ladders = [[s for s in shapes if s.degree == degree] for degree in sorted({s.degree for s in shapes})]
-    climbs = Parallel(n_jobs=jobs, prefer="threads")(
+    climbs: Any = Parallel(n_jobs=jobs, prefer="threads")(
         delayed(_climb)(samples, chosen, others, dim, ladder) for ladder in ladders
     )
-    tried = [pair for climb in climbs or [] for pair in climb]
+    tried = [pair for climb in climbs for pair in climb]
     return [s for s, _ in tried], np.array([error for _, error in tried])
 
 

@@ -38,6 +38,12 @@ LEAF_RATE, LEAF_STEPS = 0.1, 1000  # of the printed projection; larger rates dri
 class SkillManifold:
     """A learnt skill manifold, ready to answer; made by `fit` or `load`.
 
+    States are in the units of the demonstrations and in the order of `names`. Methods take one (D,) or a batch
+    (..., D); angles that repeat may differ by full turns, quaternions by their sign. Lengths and tolerances are
+    Euclidean: where units are mixed, scale the coordinates before fitting, so that 1 of each weighs the same.
+    `distance` tells how far a state is off the constraint, `inside` how far from all that was demonstrated: above
+    1 answers are extrapolated. What cannot be used is an `InputError` that says what was expected.
+
     Attributes:
         model: the arrays it consists of.
         route: how whole demonstrations go between their ends; None for samples without order.
@@ -49,7 +55,7 @@ class SkillManifold:
         ridge: λ of the tangent field.
         converged: whether training met its stop rule.
         n_samples: samples it was learnt from.
-        notes: what a user should know about the data.
+        notes: what a user should know about the data; `fit` warns of it too.
     """
 
     model: Model
@@ -101,7 +107,7 @@ class SkillManifold:
         options.check(*samples.states.shape)
         # The workers are ours: linear algebra that starts threads of its own in each would only get in their way.
         with threadpool_limits(1):
-            fitted = fit_model(samples.states, samples.groups, options, progress or _silent)
+            fitted = fit_model(samples.states, samples.groups, options, progress or (lambda stage, share: None))
         for note in samples.notes:
             warn(note, stacklevel=2)
         return cls(
@@ -163,20 +169,19 @@ class SkillManifold:
 
         Args:
             x: states.
-            near: states to start from, such as those tracked before a push; the answer stays on their sheet. Left
-                out, the states themselves and their nearest anchors.
+            near: states to start from, such as those tracked before a push; the answer stays on their sheet. One
+                for each of x, or one for all. Left out, the states themselves and their nearest anchors.
             method: "anchored", onto the modelled surface; "leaf", the paper's iteration, whose answer lies on the
                 field's leaf through `near` (else the nearest anchor) and so depends on it.
-            rate, steps: α of the paper's iteration and how often at most; for "leaf".
+            rate, steps: α of the paper's iteration, 1 at most, and how often at most; for "leaf".
         """
         choice("method", method, METHODS)
         states, start = read_states(x, self.names), None
         if near is not None:
             states, start = together(states, read_states(near, self.names))
             start = self._rows(start)
-        found = self._projected(
-            self._rows(states), start, method, amount("rate", rate, 1.0), whole("steps", steps, 1, MANY)
-        )
+        rate, steps = amount("rate", rate, 1.0), whole("steps", steps, 1, MANY)
+        found = self._projected(self._rows(states), start, method, rate, steps)
         return self.space.normalize(found).reshape(states.shape)
 
     def distance(self, x: Any) -> Any:
@@ -217,7 +222,7 @@ class SkillManifold:
         Args:
             start, goal: ends, kept exactly. For a geodesic, ends off the manifold are projected first.
             points: states of the path; left out, 50 for a geodesic and 101 for a demonstrated route.
-            via: (m, D) states to pass through, in order.
+            via: (m, D) states to pass through, in order; none are as good as None.
             route: "demonstrated", the way the demonstrations take between such ends (default where the skill was
                 learnt from recordings); "geodesic", the paper's shortest path (section IV-A2; default otherwise).
             method: of a geodesic: "anchored", tied to the data; "leaf", the paper's err_M alone.
@@ -239,7 +244,7 @@ class SkillManifold:
         return plan_demonstrated(self.model, self.space, self.names, self.route, query)
 
     def geodesic_distance(self, a: Any, b: Any) -> Any:
-        """Length of the shortest path between a and b (..., D); infinite where none was found; (...,)."""
+        """Length of the shortest path between a and b (..., D), broadcast; infinite where none was found; (...,)."""
         starts, goals = together(read_states(a, self.names), read_states(b, self.names))
         pairs = zip(starts.reshape(-1, self.n_dims), goals.reshape(-1, self.n_dims), strict=True)
         plans = [self.plan(start, goal, route="geodesic") for start, goal in pairs]
@@ -247,11 +252,10 @@ class SkillManifold:
 
     def sample(self, n: int, seed: int = 0) -> Array:
         """`n` states on the manifold, spread over it evenly and within the demonstrations; (n, D)."""
-        drawn = sample_surface(self.model, whole("n", n, 0, MANY), seed_of(seed))
-        return self.space.normalize(drawn)
+        return self.space.normalize(sample_surface(self.model, whole("n", n, 0, MANY), seed_of(seed)))
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write everything to one sealed NPZ file, arrays and a JSON header; no pickles."""
+        """Write everything to one sealed NPZ file, arrays and a JSON header; the same skill gives the same bytes."""
         archive.write(path, *pack(self.model, self.route, facts_of(self)))
 
     @staticmethod
@@ -286,10 +290,6 @@ class SkillManifold:
         anchors = self.model.anchors
         nearest = [int(((anchors - row) ** 2).sum(1).argmin()) for row in inner]
         return self.model.moved(states, anchors[nearest])
-
-
-def _silent(stage: str, share: float) -> None:
-    pass
 
 
 def _scalar(values: Array, shape: tuple[int, ...]) -> Any:

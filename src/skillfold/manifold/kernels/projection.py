@@ -21,12 +21,14 @@ from skillfold.manifold.kernels.surface import (
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 CLOSE = 0.25  # of a neighbourhood's radius: nearer states are projected from themselves alone
-STEPS = 40  # of the anchored Newton iteration
+STEPS = 30  # of the anchored Newton iteration
 TOLERANCE = 1e-10  # of an iteration, in units of the data's rms radius
+GHOST = 10.0  # times the usual doubt: where anchors disagree more, a small displacement means nothing
+AROUND = 2.0  # spacings beyond the nearest anchor in which sure ones are looked for
 SMALLEST_RATE = 1e-3  # of the step along the surface: below it the edge of the support is met
 BACK_STEPS = 5  # straight onto the surface, at the end
+ROUGH, ROUGH_STEPS = 1e-4, 12  # the same, while several starts are compared
 MET = 1e3  # times the tolerance: a point this near counts as on the surface
-NEAR = 1e-6  # in the same units: a displacement this small is taken for the distance
 
 
 @njit
@@ -43,6 +45,8 @@ def descend(
     bounded: bool,
     state: Array,
     point: Array,
+    tolerance: float,
+    steps: int,
     scratch: Scratch,
     work: Array,
 ) -> bool:
@@ -54,7 +58,7 @@ def descend(
     """
     normal, along, previous = work[0], work[1], work[2]
     rate, before, off = 1.0, np.inf, np.inf
-    for step in range(STEPS):
+    for step in range(steps):
         square = displacement(surface, field, point, scratch, normal)
         if bounded and step > 0 and not trusted(square, trust, scratch):
             rate *= 0.5
@@ -64,7 +68,7 @@ def descend(
             along[c] = state[c] - point[c]
         keep_along(scratch.basis, along, scratch.along)
         off, pull = norm(normal), norm(along)
-        if off < TOLERANCE and rate * pull < TOLERANCE:
+        if off < tolerance and rate * pull < tolerance:
             return True
         if rate < SMALLEST_RATE:
             break
@@ -79,22 +83,28 @@ def descend(
     for _ in range(BACK_STEPS):
         displacement(surface, field, point, scratch, normal)
         off = norm(normal)
-        if off < TOLERANCE:
+        if off < tolerance:
             break
         for c in range(point.size):
             point[c] -= normal[c]
-    return off < MET * TOLERANCE
+    return off < MET * tolerance
 
 
 @njit
 def find_starts(surface: Surface, trust: Trust, state: Array, scratch: Scratch) -> None:
-    """The sure anchors nearest to `state` into scratch.starts."""
+    """The nearest sure anchors into scratch.starts; simply the nearest ones where sure ones are few around."""
     find_nearest(surface.points, state, scratch)
+    enough = (np.sqrt(scratch.squares[0]) + AROUND * trust.spacing) ** 2
+    count = min(scratch.starts.size, scratch.nearest.size)
+    scratch.starts[:count] = scratch.nearest[:count]
+    sure = 0
     for i in range(trust.sure.size):
-        if not trust.sure[i]:
+        if trust.sure[i] and scratch.distances[i] <= enough:
+            sure += 1
+        else:
             scratch.distances[i] = np.inf
-    scratch.starts[:] = scratch.nearest[0]
-    smallest(scratch.distances, scratch.starts, scratch.start_squares)
+    if sure >= count:
+        smallest(scratch.distances, scratch.starts, scratch.start_squares)
 
 
 @njit
@@ -110,10 +120,10 @@ def project_state(
     D = state.size
     point = work[3]
     displacement(surface, field, state, scratch, work[0])
-    near = norm(work[0]) < CLOSE * surface.radii[scratch.nearest[0]]
+    near = norm(work[0]) < CLOSE * surface.radii[scratch.nearest[0]] and scratch.doubt[0] < GHOST * trust.doubt
     if near:
         out[:] = state
-        if descend(surface, field, trust, False, state, out, scratch, work):
+        if descend(surface, field, trust, False, state, out, TOLERANCE, STEPS, scratch, work):
             return True
     find_starts(surface, trust, state, scratch)
     best, best_sure, met = np.inf, False, False
@@ -122,7 +132,7 @@ def project_state(
     for s in range(scratch.starts.size):
         for c in range(D):
             point[c] = surface.points[c, scratch.starts[s]]
-        if descend(surface, field, trust, True, state, point, scratch, work):
+        if descend(surface, field, trust, True, state, point, ROUGH, ROUGH_STEPS, scratch, work):
             met = True
             square = displacement(surface, field, point, scratch, work[0])
             sure = trusted(square, trust, scratch)
@@ -132,6 +142,10 @@ def project_state(
             if (sure and not best_sure) or (sure == best_sure and distance < best):
                 best, best_sure = distance, sure
                 out[:] = point
+    if met:
+        point[:] = out
+        if descend(surface, field, trust, True, state, point, TOLERANCE, STEPS, scratch, work):
+            out[:] = point
     return met
 
 
@@ -155,7 +169,7 @@ def project_near(surface: Surface, field: Field, trust: Trust, states: Array, ne
     work = np.empty((4, D))
     points, met = near.copy(), np.empty(B, np.bool_)
     for i in range(B):
-        met[i] = descend(surface, field, trust, False, states[i], points[i], scratch, work)
+        met[i] = descend(surface, field, trust, False, states[i], points[i], TOLERANCE, STEPS, scratch, work)
     return points, met
 
 
@@ -203,10 +217,11 @@ def displacements(surface: Surface, field: Field, states: Array) -> tuple:
 
 
 @njit
-def judge(surface: Surface, field: Field, trust: Trust, states: Array) -> tuple:
+def judge(surface: Surface, field: Field, trust: Trust, states: Array, enough: float) -> tuple:
     """Distances of states (B, D) from the modelled surface, and from the nearest anchor; both (B,).
 
-    A state this near needs no projection: the displacement is the distance, up to its square.
+    A state nearer than `enough` is not projected: there its displacement, which bounds the distance up to a
+    square, tells all that was asked, provided that the anchors agree about it.
     """
     scratch = make_scratch(surface, field)
     work, point = np.empty((4, states.shape[1])), np.empty(states.shape[1])
@@ -214,7 +229,7 @@ def judge(surface: Surface, field: Field, trust: Trust, states: Array) -> tuple:
     for i in range(len(states)):
         nearest[i] = np.sqrt(displacement(surface, field, states[i], scratch, work[0]))
         off[i] = norm(work[0])
-        if off[i] > NEAR:
+        if off[i] > enough or scratch.doubt[0] > GHOST * trust.doubt:
             project_state(surface, field, trust, states[i], scratch, work, point)
             for c in range(point.size):
                 point[c] -= states[i, c]

@@ -1,0 +1,188 @@
+"""Samples and plans: on the manifold, exact at their ends, true where the truth is known."""
+
+import numpy as np
+import pytest
+
+from manifold import clouds
+from manifold.conftest import arm_poses, curves, fit
+from manifold.laws import KINDS, SURFACES, law, samples_of
+from skillfold import StateSpace
+from skillfold.experiments.three_link import REACHING, forward, optimal
+
+
+def test_inside_is_calibrated_on_held_out_samples():
+    """One is the 95 % quantile: of new samples of the same kind about one in twenty lies beyond."""
+    rng = np.random.default_rng(5)
+    skill = fit(clouds.draw_sphere(400, rng), 2)
+    share = (skill.inside(clouds.draw_sphere(2000, rng)) > 1).mean()
+    assert 0.02 < share < 0.09
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_inside_grows_with_the_way_out(skills, kind):
+    skill = skills[kind]
+    at = samples_of(skill)[0]
+    out = (at - skill.model.centre) / np.linalg.norm(at - skill.model.centre)
+    ways = at + np.array([0.0, 2.0, 10.0, 100.0])[:, None] * skill.model.scale * out
+    inside = skill.inside(ways)
+    assert inside[0] < 1e-9
+    assert (np.diff(inside) > 0).all()
+    assert inside[3] > 10
+
+
+def test_along_free_directions_one_is_inside_until_their_range_is_left(cylinder):
+    at = cylinder.project(samples_of(cylinder)[0])
+    extent = cylinder.model.free_extent[0]
+    direction = cylinder.model.free[:, 0]
+    assert cylinder.inside(at + 0.99 * extent * direction) < 0.1
+    assert cylinder.inside(at + 3.0 * extent * direction) > 1.0
+    np.testing.assert_allclose(cylinder.distance(at + np.outer([0, 1, 50], direction)), 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_samples_lie_on_the_manifold_and_within_the_demonstrations(skills, kind):
+    skill = skills[kind]
+    x = skill.sample(100, seed=1)
+    assert x.shape == (100, skill.n_dims)
+    assert skill.distance(x).max() < 1e-7 * skill.model.scale
+    assert skill.inside(x).max() <= 1.0 + 1e-9
+    assert len(np.unique(x, axis=0)) == 100
+    np.testing.assert_array_equal(skill.sample(100, seed=1), x)
+    assert not np.array_equal(skill.sample(100, seed=2), x)
+    assert skill.sample(0).shape == (0, skill.n_dims)
+
+
+def test_samples_of_a_sphere_are_spread_over_it(sphere):
+    x = sphere.sample(2000, seed=0)
+    np.testing.assert_allclose(x.mean(0), 0.0, atol=0.08)
+    np.testing.assert_allclose(x.T @ x / 2000, np.eye(3) / 3, atol=0.06)
+
+
+def pairs(skill, seed, count=3):
+    x = skill.sample(2 * count, seed=seed % 2**31)
+    return zip(x[:count], x[count:], strict=True)
+
+
+@law
+def test_geodesics_end_exactly_and_stay_on_the_manifold(skills, kind, seed):
+    skill = skills[kind]
+    for start, goal in pairs(skill, seed):
+        plan = skill.plan(start, goal, 30, route="geodesic")
+        states = plan.path.states
+        np.testing.assert_array_equal(states[[0, -1]], [start, goal])
+        assert len(states) == 30
+        assert plan.length == pytest.approx(np.linalg.norm(np.diff(states, axis=0), axis=1).sum(), rel=1e-12)
+        assert plan.length >= np.linalg.norm(goal - start) * (1 - 1e-12)
+        assert plan.residual == pytest.approx(skill.distance(states).max(), abs=1e-9 * skill.model.scale)
+        assert (plan.route, plan.start_moved, plan.goal_moved) == ("geodesic", 0.0, 0.0)
+        if plan.converged and plan.success:
+            steps = np.linalg.norm(np.diff(states, axis=0), axis=1)
+            assert plan.residual < 1e-5 * skill.model.scale
+            if kind in SURFACES:
+                assert steps.max() < 1.5 * steps.min()  # of a shortest path they are even
+
+
+def test_great_circles_are_found(sphere):
+    rng = np.random.default_rng(0)
+    starts = sphere.project(clouds.draw_sphere(10, rng))
+    goals = sphere.project(clouds.draw_sphere(10, rng))
+    for start, goal in zip(starts, goals, strict=True):
+        angle = np.arccos(np.clip(start @ goal / np.linalg.norm(start) / np.linalg.norm(goal), -1, 1))
+        if angle > 2.5:
+            continue  # near the antipode every way is as short
+        plan = sphere.plan(start, goal)
+        assert plan.success
+        assert plan.converged
+        assert plan.length == pytest.approx(angle, rel=2e-3)
+        normal = np.cross(start, goal) / np.linalg.norm(np.cross(start, goal))
+        assert np.abs(plan.path.states @ normal).max() < 0.02
+
+
+def test_the_arm_s_paths_are_optimal_poses(arm):
+    starts, goals = arm_poses(5, 1), arm_poses(5, 2)
+    states = np.concatenate([arm.plan(a, b).path.states for a, b in zip(starts, goals, strict=True)])
+    truth = optimal(forward(states), REACHING)
+    assert np.sqrt(((states - truth) ** 2).mean()) < 1e-3
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_via_points_are_passed(skills, kind):
+    skill = skills[kind]
+    start, first, second, goal = skill.sample(4, seed=3)
+    for via in (first[None], np.stack([first, second]), [first.tolist()]):
+        for route in ("geodesic", "demonstrated") if skill.route else ("geodesic",):
+            states = skill.plan(start, goal, 41, via=via, route=route).path.states
+            assert len(states) == 41
+            np.testing.assert_array_equal(states[[0, -1]], [start, goal])
+            rows = [int(np.flatnonzero((states == v).all(1))[0]) for v in np.asarray(via)]
+            assert rows == sorted(rows)
+            assert 0 < rows[0] <= rows[-1] < 40
+
+
+@law
+def test_ends_off_the_manifold_are_projected_and_the_plan_says_so(skills, kind, seed):
+    skill = skills[kind]
+    start, goal = skill.sample(2, seed=seed % 2**31)
+    normal = skill.distance_gradient(start + 0.1 * skill.model.scale * np.ones(skill.n_dims))
+    off = start + 0.3 * skill.model.scale * normal
+    if skill.distance(off) <= skill.tolerance * 1.01:
+        return
+    plan = skill.plan(off, goal, route="geodesic")
+    np.testing.assert_allclose(plan.path.states[0], skill.project(off), atol=1e-12)
+    assert plan.start_moved == pytest.approx(np.linalg.norm(plan.path.states[0] - off))
+    assert plan.goal_moved == 0.0
+    assert "start moved" in plan.reason
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_plan_that_stays_where_it_is(skills, kind):
+    skill = skills[kind]
+    x = skill.sample(1, seed=0)[0]
+    plan = skill.plan(x, x, route="geodesic")
+    assert plan.success, plan.reason
+    assert plan.length < 1e-5 * skill.model.scale
+    np.testing.assert_allclose(plan.path.states, np.broadcast_to(x, plan.path.states.shape), atol=1e-5)
+
+
+def test_demonstrated_routes_end_exactly_and_follow_the_recordings(recorded):
+    for curve in curves():
+        plan = recorded.plan(curve[0], curve[-1])
+        assert plan.success, plan.reason
+        assert plan.route == "demonstrated"
+        np.testing.assert_array_equal(plan.path.states[[0, -1]], curve[[0, -1]])
+        gaps = np.linalg.norm(plan.path.states[:, None] - curve, axis=2).min(1)
+        assert gaps.max() < 0.05
+        assert len(plan.path.states) == 101
+
+
+def test_plans_that_cannot_be_met_are_data(recorded):
+    start = curves()[0][0]
+    plan = recorded.plan(start, start + 100.0)
+    assert not plan.success
+    assert plan.reason
+    assert plan.path.states.shape == (101, 3)
+    assert np.isfinite(plan.path.states).all()
+    assert "failure" in repr(plan)
+
+
+def test_limits_that_a_path_breaks_make_it_fail():
+    """Over a gap at the top of a sphere, as narrow as others between its samples but beyond the limit."""
+    x = clouds.draw_sphere(600, np.random.default_rng(0))
+    x = x[x[:, 2] < 0.98]
+    skill = fit(x, 2, space=StateSpace.linear(3, -2.0, [2.0, 2.0, 0.985]))
+    over_the_top = skill.plan([0.6, 0.0, 0.8], [-0.6, 0.0, 0.8])
+    assert not over_the_top.success
+    assert "breaks the limits" in over_the_top.reason
+    assert skill.plan([0.6, 0.0, 0.8], [0.0, 0.6, 0.8]).success
+
+
+def test_geodesic_distance_is_the_length_of_the_plan(sphere):
+    a, b = sphere.sample(6, seed=1).reshape(2, 3, 3)
+    lengths = sphere.geodesic_distance(a, b)
+    assert lengths.shape == (3,)
+    for i in range(3):
+        plan = sphere.plan(a[i], b[i], route="geodesic")
+        assert lengths[i] == (plan.length if plan.success else np.inf)
+        assert isinstance(sphere.geodesic_distance(a[i], b[i]), float)
+    np.testing.assert_allclose(sphere.geodesic_distance(b, a), lengths, rtol=1e-3)
+    np.testing.assert_allclose(sphere.geodesic_distance(a[0], b), [sphere.geodesic_distance(a[0], x) for x in b])
