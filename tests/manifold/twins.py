@@ -104,14 +104,17 @@ def descend(surface, field, trust, bounded, state, point, tolerance=1e-10, steps
         before, previous = pull, point
         forth = min(rate, trust.cap / max(pull, 1e-300))
         point = point + forth * along - min(1.0, trust.cap / max(off, 1e-300)) * normal
-    off = np.inf
-    for _ in range(5):
+    return step_back(surface, field, point, tolerance)
+
+
+def step_back(surface, field, point, tolerance):
+    """Straight onto the surface; the foot and whether it is on the surface."""
+    for _ in range(20):
         normal = displacement(surface, field, point)[0]
-        off = np.linalg.norm(normal)
-        if off < tolerance:
-            break
+        if np.linalg.norm(normal) < tolerance:
+            return point, True
         point = point - normal
-    return point, bool(off < 1e3 * tolerance)
+    return point, False
 
 
 def starts(surface, trust, state):
@@ -128,24 +131,22 @@ def project_state(surface, field, trust, state):
     """The closest trusted point of the surface, and whether one was met."""
     order, _ = nearest(surface.points, state)
     normal, _, _, doubt = displacement(surface, field, state)
+    if np.linalg.norm(normal) < 1e-10:
+        return state, True
     if np.linalg.norm(normal) < 0.25 * surface.radii[order[0]] and doubt < 10.0 * trust.doubt:
         point, met = descend(surface, field, trust, False, state, state)
         if met:
             return point, True
     anchors = surface.points.T[starts(surface, trust, state)]
+    foot, met = step_back(surface, field, anchors[0], 1e-10)
     found = [descend(surface, field, trust, True, state, anchor, 1e-4, 12) for anchor in anchors]
-    met = [point for point, good in found if good]
-    if not met:
-        return anchors[0], False
-
-    def rank(point):
-        _, _, square, doubt = displacement(surface, field, point)
-        sure = square <= trust.spacing**2 and doubt <= trust.doubt
-        return not sure, np.linalg.norm(state - point)
-
-    best = min(met, key=rank)
-    point, good = descend(surface, field, trust, True, state, best)
-    return point if good else best, True
+    rough = [point for point, good in found if good]
+    if rough:
+        best = min(rough, key=lambda point: np.linalg.norm(state - point))
+        best, settled = descend(surface, field, trust, True, state, best)
+        if settled and (not met or np.linalg.norm(state - best) < np.linalg.norm(state - foot)):
+            return best, True
+    return (foot, True) if met else (anchors[0], False)
 
 
 def distance(surface, field, trust, state, enough):

@@ -71,7 +71,7 @@ def _usual(model: Model) -> float:
 def _onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
     moved = np.zeros(len(states))
-    off = OnManifold(model, _usual(model)).distance(states) > _usual(model)
+    off = OnManifold(model).distance(states) > _usual(model)
     if not off.any():
         return states, moved, True
     onto = states.copy()

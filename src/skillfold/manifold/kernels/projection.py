@@ -26,9 +26,8 @@ TOLERANCE = 1e-10  # of an iteration, in units of the data's rms radius
 GHOST = 10.0  # times the usual doubt: where anchors disagree more, a small displacement means nothing
 AROUND = 2.0  # spacings beyond the nearest anchor in which sure ones are looked for
 SMALLEST_RATE = 1e-3  # of the step along the surface: below it the edge of the support is met
-BACK_STEPS = 5  # straight onto the surface, at the end
+BACK_STEPS = 20  # straight onto the surface, at the end
 ROUGH, ROUGH_STEPS = 1e-4, 12  # the same, while several starts are compared
-MET = 1e3  # times the tolerance: a point this near counts as on the surface
 
 
 @njit
@@ -80,14 +79,21 @@ def descend(
         for c in range(point.size):
             previous[c] = point[c]
             point[c] += forth * along[c] - back * normal[c]
+    return step_back(surface, field, point, tolerance, scratch, normal)
+
+
+@njit
+def step_back(
+    surface: Surface, field: Field, point: Array, tolerance: float, scratch: Scratch, normal: Array
+) -> bool:
+    """Straight onto the surface from `point` (changed in place): its foot. Returns whether the surface was met."""
     for _ in range(BACK_STEPS):
         displacement(surface, field, point, scratch, normal)
-        off = norm(normal)
-        if off < tolerance:
-            break
+        if norm(normal) < tolerance:
+            return True
         for c in range(point.size):
             point[c] -= normal[c]
-    return off < MET * tolerance
+    return False
 
 
 @njit
@@ -115,38 +121,52 @@ def project_state(
 
     A state near the surface is projected from itself, outside the demonstrations too. One far off could meet the
     surface anywhere, also where nothing was demonstrated: it is projected from its nearest sure anchors, within
-    what is trusted. Where no descent meets the surface, the nearest of them is the answer.
+    what is trusted, and no farther than to the foot of the nearest of them.
     """
-    D = state.size
-    point = work[3]
+    point, best = work[3], work[4]
     displacement(surface, field, state, scratch, work[0])
-    near = norm(work[0]) < CLOSE * surface.radii[scratch.nearest[0]] and scratch.doubt[0] < GHOST * trust.doubt
-    if near:
-        out[:] = state
-        if descend(surface, field, trust, False, state, out, TOLERANCE, STEPS, scratch, work):
-            return True
+    off = norm(work[0])
+    out[:] = state
+    if off < TOLERANCE:
+        return True
+    near = off < CLOSE * surface.radii[scratch.nearest[0]] and scratch.doubt[0] < GHOST * trust.doubt
+    if near and descend(surface, field, trust, False, state, out, TOLERANCE, STEPS, scratch, work):
+        return True
     find_starts(surface, trust, state, scratch)
-    best, best_sure, met = np.inf, False, False
-    for c in range(D):
-        out[c] = surface.points[c, scratch.starts[0]]
+    anchor_into(surface, scratch.starts[0], out)
+    met = step_back(surface, field, out, TOLERANCE, scratch, work[0])
+    if not met:
+        anchor_into(surface, scratch.starts[0], out)
+    shortest = np.inf
     for s in range(scratch.starts.size):
-        for c in range(D):
-            point[c] = surface.points[c, scratch.starts[s]]
+        anchor_into(surface, scratch.starts[s], point)
         if descend(surface, field, trust, True, state, point, ROUGH, ROUGH_STEPS, scratch, work):
+            distance = gap(state, point)
+            if distance < shortest:
+                shortest = distance
+                best[:] = point
+    if shortest < np.inf:
+        settled = descend(surface, field, trust, True, state, best, TOLERANCE, STEPS, scratch, work)
+        if settled and (not met or gap(state, best) < gap(state, out)):
+            out[:] = best
             met = True
-            square = displacement(surface, field, point, scratch, work[0])
-            sure = trusted(square, trust, scratch)
-            distance = 0.0
-            for c in range(D):
-                distance += (state[c] - point[c]) ** 2
-            if (sure and not best_sure) or (sure == best_sure and distance < best):
-                best, best_sure = distance, sure
-                out[:] = point
-    if met:
-        point[:] = out
-        if descend(surface, field, trust, True, state, point, TOLERANCE, STEPS, scratch, work):
-            out[:] = point
     return met
+
+
+@njit
+def anchor_into(surface: Surface, i: int, out: Array) -> None:
+    """Copy anchor i."""
+    for c in range(out.size):
+        out[c] = surface.points[c, i]
+
+
+@njit
+def gap(a: Array, b: Array) -> float:
+    """Squared distance."""
+    s = 0.0
+    for c in range(a.size):
+        s += (a[c] - b[c]) ** 2
+    return s
 
 
 @njit
@@ -154,7 +174,7 @@ def project_states(surface: Surface, field: Field, trust: Trust, states: Array) 
     """`project_state` for a batch (B, D); returns points (B, D) and whether each met the surface (B,)."""
     B, D = states.shape
     scratch = make_scratch(surface, field)
-    work = np.empty((4, D))
+    work = np.empty((5, D))
     points, met = np.empty((B, D)), np.empty(B, np.bool_)
     for i in range(B):
         met[i] = project_state(surface, field, trust, states[i], scratch, work, points[i])
@@ -166,7 +186,7 @@ def project_near(surface: Surface, field: Field, trust: Trust, states: Array, ne
     """Closest points to states (B, D) found by descent from near (B, D) alone; points and whether met (B,)."""
     B, D = states.shape
     scratch = make_scratch(surface, field)
-    work = np.empty((4, D))
+    work = np.empty((5, D))
     points, met = near.copy(), np.empty(B, np.bool_)
     for i in range(B):
         met[i] = descend(surface, field, trust, False, states[i], points[i], TOLERANCE, STEPS, scratch, work)
@@ -224,7 +244,7 @@ def judge(surface: Surface, field: Field, trust: Trust, states: Array, enough: f
     square, tells all that was asked, provided that the anchors agree about it.
     """
     scratch = make_scratch(surface, field)
-    work, point = np.empty((4, states.shape[1])), np.empty(states.shape[1])
+    work, point = np.empty((5, states.shape[1])), np.empty(states.shape[1])
     off, nearest = np.empty(len(states)), np.empty(len(states))
     for i in range(len(states)):
         nearest[i] = np.sqrt(displacement(surface, field, states[i], scratch, work[0]))
