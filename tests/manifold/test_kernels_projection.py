@@ -33,7 +33,7 @@ def test_trusted(model):
 @pytest.mark.parametrize("bounded", [False, True])
 def test_descend(model, bounded, tolerance, steps):
     states, starts = model.states(10, 0.3), model.states(10, 0.0)
-    scratch, work = make_scratch(*arrays(model)), np.empty((4, states.shape[1]))
+    scratch, work = make_scratch(*arrays(model)), np.empty((5, states.shape[1]))
     asked = *arrays(model), model.trust, bounded
     for state, start in zip(states, starts, strict=True):
         point = start.copy()
@@ -41,6 +41,28 @@ def test_descend(model, bounded, tolerance, steps):
         expected, good = twins.descend(*asked, state, start, tolerance, steps)
         assert met == good
         np.testing.assert_allclose(point, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-4])
+def test_step_back(model, tolerance):
+    scratch = make_scratch(*arrays(model))
+    for start in model.states(10, 0.1):
+        point = start.copy()
+        met = projection.step_back(*arrays(model), point, tolerance, scratch, np.empty(len(start)))
+        expected, good = twins.step_back(*arrays(model), start, tolerance)
+        assert met == good
+        np.testing.assert_allclose(point, expected, atol=1e-9)
+
+
+def test_anchor_into(model):
+    out = np.empty(model.surface.points.shape[0])
+    projection.anchor_into(model.surface, 3, out)
+    np.testing.assert_array_equal(out, model.surface.points[:, 3])
+
+
+def test_gap(model):
+    a, b = model.states(2, 1.0)
+    assert projection.gap(a, b) == pytest.approx(((a - b) ** 2).sum(), rel=1e-12)
 
 
 @pytest.mark.parametrize("spacing", [0.05, 0.5])
@@ -59,7 +81,7 @@ def test_find_starts(model, sure, spacing):
 def test_project_state_alone_and_in_batches(model, spread):
     states = model.states(6, spread)
     points, met = projection.project_states(*arrays(model), model.trust, states)
-    scratch, work = make_scratch(*arrays(model)), np.empty((4, states.shape[1]))
+    scratch, work = make_scratch(*arrays(model)), np.empty((5, states.shape[1]))
     for state, point, good in zip(states, points, met, strict=True):
         expected, found = twins.project_state(*arrays(model), model.trust, state)
         assert good == found
@@ -86,6 +108,23 @@ def test_follow_leaf(model, rate, steps):
     found = projection.follow_leaf(model.field, states, starts, rate, steps)
     expected = [twins.follow_leaf(model.field, *pair, rate, steps) for pair in zip(states, starts, strict=True)]
     np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_step_back(model):
+    scratch = make_scratch(*arrays(model))
+    for x in model.states(10, 0.3):
+        point = x.copy()
+        met = projection.step_back(*arrays(model), point, 1e-10, scratch, np.empty(len(x)))
+        expected, good = twins.step_back(*arrays(model), x, 1e-10)
+        assert met == good
+        np.testing.assert_allclose(point, expected, atol=1e-9)
+
+
+def test_small_ones(model):
+    a, b = model.states(2, 1.0)
+    assert projection.gap(a, b) == pytest.approx(((a - b) ** 2).sum(), rel=1e-12)
+    projection.anchor_into(model.surface, 3, a)
+    np.testing.assert_array_equal(a, model.surface.points[:, 3])
 
 
 def test_tangent_bases(model):
