@@ -3,11 +3,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test check bench format clean
+.PHONY: help demo test check bench pictures format clean
 help:
 	@echo "make demo    learn, plan and project on real recordings; pictures in demo/"
 	@echo "make test    lint, types and the whole test suite"
 	@echo "make check   lint and types only"
+	@echo "make pictures  draw the README picture anew"
 	@echo "make bench   measure everything the README claims (DATA=folder adds recordings of your own)"
 
 $(BIN)/python:
@@ -35,9 +36,13 @@ check: $(VENV)/.dev
 bench: $(VENV)/.dev
 	$(BIN)/skillfold bench $(if $(DATA),--data $(DATA)) --json bench.json
 
+pictures: demo
+	cp demo/demo.png docs/pictures/demo.png
+
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
 clean:
+	find src -name '*.nb[ic]' -delete
 	rm -rf $(VENV) demo bench.json .pytest_cache .ruff_cache .hypothesis

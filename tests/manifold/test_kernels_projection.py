@@ -43,28 +43,6 @@ def test_descend(model, bounded, tolerance, steps):
         np.testing.assert_allclose(point, expected, atol=1e-9)
 
 
-@pytest.mark.parametrize("tolerance", [1e-10, 1e-4])
-def test_step_back(model, tolerance):
-    scratch = make_scratch(*arrays(model))
-    for start in model.states(10, 0.1):
-        point = start.copy()
-        met = projection.step_back(*arrays(model), point, tolerance, scratch, np.empty(len(start)))
-        expected, good = twins.step_back(*arrays(model), start, tolerance)
-        assert met == good
-        np.testing.assert_allclose(point, expected, atol=1e-9)
-
-
-def test_anchor_into(model):
-    out = np.empty(model.surface.points.shape[0])
-    projection.anchor_into(model.surface, 3, out)
-    np.testing.assert_array_equal(out, model.surface.points[:, 3])
-
-
-def test_gap(model):
-    a, b = model.states(2, 1.0)
-    assert projection.gap(a, b) == pytest.approx(((a - b) ** 2).sum(), rel=1e-12)
-
-
 @pytest.mark.parametrize("spacing", [0.05, 0.5])
 @pytest.mark.parametrize("sure", [0, 2, None])
 def test_find_starts(model, sure, spacing):

@@ -74,7 +74,9 @@ def test_geodesics_end_exactly_and_stay_on_the_manifold(skills, kind, seed):
         assert plan.length == pytest.approx(np.linalg.norm(np.diff(states, axis=0), axis=1).sum(), rel=1e-12)
         assert plan.length >= np.linalg.norm(goal - start) * (1 - 1e-12)
         if kind in SURFACES:  # small ones are told as displacements: equal up to their square
-            assert plan.residual == pytest.approx(skill.distance(states).max(), rel=1e-2, abs=1e-7 * skill.model.scale)
+            assert plan.residual == pytest.approx(
+                skill.distance(states).max(), rel=1e-2, abs=1e-7 * skill.model.scale
+            )
         assert (plan.route, plan.start_moved, plan.goal_moved) == ("geodesic", 0.0, 0.0)
         if plan.converged and plan.success:
             steps = np.linalg.norm(np.diff(states, axis=0), axis=1)

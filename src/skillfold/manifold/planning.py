@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from skillfold.check import Check, check_path
 from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic
@@ -16,6 +17,7 @@ from skillfold.spaces import StateSpace
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
+EVENED = 0.04  # of a path: width over which the pull onto the manifold is evened out
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 
 
@@ -103,17 +105,24 @@ def _exact_ends(states: Array, asked: Array, counts: list[int]) -> Array:
 
 
 def _hold(model: Model, states: Array, given: Array, spread: Array) -> Array:
-    """Pull states that are farther off the manifold than samples are back to that distance, given ones excepted."""
+    """Pull states that are farther off the manifold than samples are back toward that distance.
+
+    The pull is evened out along the path and fades to nothing at the given states: neighbours whose feet lie on
+    different parts of the surface must not tear the path.
+    """
     allowed = model.scale * model.tolerance + spread
     off = OnManifold(model, float(allowed.min())).distance(states) > allowed
-    off &= ~(states[:, None] == given[None]).all(2).any(1)
+    fixed = np.flatnonzero((states[:, None] == given[None]).all(2).any(1))
     if not off.any():
         return states
     foot, _ = project_anchored(model, states[off])
-    offset = states[off] - foot
-    held = states.copy()
-    held[off] = foot + (allowed[off] / np.linalg.norm(offset, axis=1))[:, None] * offset
-    return held
+    pull = np.zeros_like(states)
+    away = np.maximum(np.linalg.norm(states[off] - foot, axis=1), 1e-300)
+    pull[off] = np.maximum(1.0 - allowed[off] / away, 0.0)[:, None] * (foot - states[off])
+    width = EVENED * len(states)
+    nearest = np.abs(np.arange(len(states))[:, None] - fixed).min(1)
+    fade = np.minimum(1.0, nearest / (2.0 * width))[:, None]
+    return states + fade * gaussian_filter1d(pull, width, axis=0, mode="nearest")
 
 
 def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
