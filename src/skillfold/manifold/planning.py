@@ -36,8 +36,7 @@ def plan_geodesic(model: Model, space: StateSpace, names: tuple[str, ...], query
     legs = [_leg(model, a, b, count, leaf) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
     states = np.vstack([legs[0][0], *(states[1:] for states, _ in legs[1:])])
     states = _exact_ends(space.normalize(states), asked, counts)
-    allowed = model.scale * EXACT + float(OnManifold(model).distance(asked).max())
-    tolerance = max(allowed, model.scale * model.tolerance)
+    tolerance = _usual(model) * (1.0 + 1e-9)  # ends that were left where they are keep this too
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
     parts = [part for _, part in legs]
     story = _story_geodesic(moved, supported, parts)
