@@ -10,13 +10,9 @@ from skillfold.spaces import StateSpace
 class Plane:
     """The plane z = 0; demonstrated within one unit of the origin. Asks for batches only."""
 
-    def distance(self, states, /):
+    def judge(self, states, /):
         assert states.ndim == 2
-        return np.abs(states[:, 2])
-
-    def inside(self, states, /):
-        assert states.ndim == 2
-        return np.linalg.norm(states, axis=1)
+        return np.abs(states[:, 2]), np.linalg.norm(states, axis=1)
 
 
 FLAT = StateSpace.linear(3)
@@ -105,10 +101,8 @@ def test_quaternions_must_have_unit_length():
     space = StateSpace.quaternion()
 
     class Anything:
-        def distance(self, states, /):
-            return np.zeros(len(states))
-
-        inside = distance
+        def judge(self, states, /):
+            return np.zeros(len(states)), np.zeros(len(states))
 
     angle = np.linspace(0, 1, 9)
     path = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle, 0 * angle])
@@ -129,8 +123,8 @@ def test_numbers_that_are_not_finite_fail(value):
 
 def test_a_distance_that_is_no_number_is_no_distance():
     class Broken(Plane):
-        def distance(self, states, /):
-            return np.where(states[:, 0] > 0.5, np.nan, 0.0)
+        def judge(self, states, /):
+            return np.where(states[:, 0] > 0.5, np.nan, 0.0), super().judge(states)[1]
 
     check = check_path(line(), Broken(), 0.01, FLAT)
     assert not check.ok

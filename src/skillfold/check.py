@@ -1,7 +1,6 @@
 """The independent check that every path passes before a plan may say success.
 
-It knows a constraint only by what it can do: `distance` of a batch of states, and `inside`, how far outside the
-demonstrations they lie. It is told nothing of how the path was found.
+It knows a constraint only by what it can do: `judge` a batch of states. It is told nothing of how the path was found.
 """
 
 from dataclasses import dataclass
@@ -20,12 +19,12 @@ JUMP = 5.0  # times the mean step: a longer one is no continuous motion
 class Constraint(Protocol):
     """Anything learnt or written by hand that can judge states."""
 
-    def distance(self, states: Array, /) -> Any:
-        """Distance of states (..., D) from the constraint's surface; (...,)."""
-        ...
+    def judge(self, states: Array, /) -> tuple[Any, Any]:
+        """Two numbers for each of the states (n, D).
 
-    def inside(self, states: Array, /) -> Any:
-        """How far outside the demonstrations states (..., D) lie: 1 at the edge of what is usual; (...,)."""
+        Its distance from the constraint's surface, (n,), and how far outside the demonstrations it lies, (n,): 1 at
+        the edge of what is usual.
+        """
         ...
 
 
@@ -66,11 +65,11 @@ def check_path(
         still: a step this short is no jump, however short the others are: a path that stays where it is steps from
             its given ends onto the surface and back.
     """
-    distance = np.asarray(constraint.distance(states))
-    outside = np.asarray(constraint.inside(states))
-    steps = np.sqrt(((states[1:] - states[:-1]) ** 2).sum(1))
-    jumps = steps / max(float(steps.mean()), 1e-300)
-    a, b, c = int(distance.argmax()), int(outside.argmax()), int(jumps.argmax())
+    distance, outside = (np.asarray(values) for values in constraint.judge(states))
+    moves = states[1:] - states[:-1]
+    steps = np.sqrt(np.einsum("ic,ic->i", moves, moves))
+    a, b, c = int(distance.argmax()), int(outside.argmax()), int(steps.argmax())
+    jump = float(steps[c]) / max(float(steps.sum()) / len(steps), 1e-300)
     allowed = max(OUTSIDE, 1.5 * float(outside[0]), 1.5 * float(outside[-1]))
     within = space.contains(states, 1e-6 if space.is_flat else 1e-3)
     reason = ""
@@ -80,8 +79,8 @@ def check_path(
         reason = f"State {a} lies {distance[a]:.2g} off the manifold, more than {tolerance:.2g}."
     elif not outside[b] <= allowed:
         reason = f"State {b} lies outside the demonstrations, {outside[b]:.1f} times as far as is usual."
-    elif not (jumps[c] <= JUMP or steps[c] <= still):
-        reason = f"The path jumps after state {c}, {jumps[c]:.1f} times its mean step."
+    elif not (jump <= JUMP or steps[c] <= still):
+        reason = f"The path jumps after state {c}, {jump:.1f} times its mean step."
     elif not within.all():
         reason = f"State {int(within.argmin())} breaks the limits of its coordinates."
-    return Check(not reason, reason, float(distance[a]), a, float(outside[b]), b, float(jumps[c]), c)
+    return Check(not reason, reason, float(distance[a]), a, float(outside[b]), b, jump, c)

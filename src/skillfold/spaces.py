@@ -135,6 +135,11 @@ class StateSpace:
         """Whether states simply subtract: no continuous angles, no quaternions."""
         return not (len(self._turning) or len(self.quaternions))
 
+    @cached_property
+    def is_bounded(self) -> bool:
+        """Whether any coordinate has a limit."""
+        return bool(np.isfinite(self.lower + self.upper).any())
+
     def difference(self, a: Any, b: Any) -> Array:
         """`b` seen from `a`: (..., D), the shortest over all the ways to write `b`.
 
@@ -200,8 +205,12 @@ class StateSpace:
     def contains(self, states: Any, tolerance: float = 1e-6) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """(...,) whether states keep the limits and quaternions are of unit length, both to `tolerance`."""
         states = self._read(states)
-        lower, upper = np.array(self.lower) - tolerance, np.array(self.upper) + tolerance
-        inside = (np.isfinite(states) & (states >= lower) & (states <= upper)).all(axis=-1)
+        inside = np.isfinite(states).all(axis=-1)
+        if self.is_bounded:
+            lower, upper = np.array(self.lower) - tolerance, np.array(self.upper) + tolerance
+            inside &= ((states >= lower) & (states <= upper)).all(axis=-1)
+        if self.is_flat:
+            return inside
         parts = states[..., self.quaternions]
         lengths = np.linalg.norm(np.where(np.abs(parts) < 10, parts, 10), axis=-1)
         return inside & (np.abs(lengths - 1) <= tolerance).all(axis=-1)

@@ -5,9 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
+from skillfold.manifold.model import as_maps, build_surface
 from skillfold.manifold.polynomials import monomials
 
-SHAPES = [(2, 1, 30, 3, 2), (3, 1, 12, 5, 3), (3, 2, 40, 8, 2), (4, 2, 25, 4, 4), (5, 3, 60, 6, 1)]
+# D, d, M, K, degree; the last but one has anchors enough for lists of neighbours, the last too few for a full blend.
+SHAPES = [
+    (2, 1, 30, 3, 2),
+    (3, 1, 12, 5, 3),
+    (3, 2, 40, 8, 2),
+    (4, 2, 25, 4, 4),
+    (5, 3, 300, 6, 1),
+    (3, 2, 5, 2, 1),
+]
 
 
 @dataclass
@@ -39,16 +48,12 @@ def random_model(seed, D, d, M, K, degree):
     coefficients = 0.05 * rng.normal(size=(M, D - d, len(table.parents)))
     coefficients[:, :, 0] = 0.0
     centres = rng.uniform(-1, 1, (K, d))
-    surface = Surface(
-        np.ascontiguousarray((u @ A.T + 0.2 * np.sin(u @ B.T)).T),
-        np.ascontiguousarray(frames),
-        coefficients,
-        rng.uniform(0.4, 0.9, M),
-        *table,
-    )
+    points = np.ascontiguousarray((u @ A.T + 0.2 * np.sin(u @ B.T)).T)
+    radii = rng.uniform(0.4, 0.9, M)
+    surface = build_surface(points, *as_maps(frames, coefficients, radii), radii, table)
     field = Field(
         np.ascontiguousarray((centres @ A.T + 0.2 * np.sin(centres @ B.T)).T),
         1.0 / (2.0 * 0.8**2),
         np.ascontiguousarray(np.transpose(slopes(centres), (2, 1, 0))),
     )
-    return RandomModel(surface, field, Trust(0.5, 0.2, 0.4, rng.random(M) < 0.7), rng)
+    return RandomModel(surface, field, Trust(0.5, 0.2, 0.3, 0.4, rng.random(M) < 0.7), rng)

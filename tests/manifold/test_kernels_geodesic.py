@@ -6,6 +6,7 @@ import pytest
 from manifold import twins
 from manifold.random_models import SHAPES, random_model
 from skillfold.manifold.kernels import geodesic, projection
+from skillfold.manifold.kernels.surface import evaluate, make_scratch
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -59,39 +60,77 @@ def bent(start, goal, n, rng):
     return start + share * (goal - start) + 0.05 * np.sin(np.pi * share) * rng.normal(size=start.shape)
 
 
+def found_at(model, path):
+    scratch = make_scratch(model.surface, model.field, len(path))
+    evaluate(model.surface, model.field, path, scratch)
+    scratch.normals[[0, -1]] = 0.0
+    return scratch.normals, scratch.bases
+
+
+@pytest.mark.parametrize("n", [3, 4, 12])
+def test_newton_steps(model, ends, n):
+    for start, goal in ends:
+        path = bent(start, goal, n, model.rng)
+        normals, bases = found_at(model, path)
+        d = bases.shape[1]
+        steps = np.zeros_like(path)
+        geodesic.newton_steps(path, normals, bases, np.empty((n, d, d + 1)), steps)
+        np.testing.assert_allclose(steps, twins.newton_steps(path, normals, bases), atol=1e-10)
+
+
+@pytest.mark.parametrize(("m", "n"), [(4, 9), (13, 50), (13, 26)])
+def test_refine(m, n):
+    coarse = np.random.default_rng(m).normal(size=(m, 3)).cumsum(0)
+    path = np.empty((n, 3))
+    geodesic.refine(coarse, path)
+    np.testing.assert_allclose(path, twins.refine(coarse, n), atol=1e-12)
+    np.testing.assert_array_equal(path[[0, -1]], coarse[[0, -1]])
+
+
 @pytest.mark.parametrize(("n", "cap"), [(3, 0.3), (4, 0.3), (12, 0.3), (12, 0.01)])
 def test_one_step_of_relax(model, ends, n, cap):
     for start, goal in ends:
         path = bent(start, goal, n, model.rng)
-        expected, moved, off = twins.relax_step(model.surface, model.field, path, cap)
-        found = geodesic.relax(model.surface, model.field, path, 0.0, cap, 1)
-        assert found == pytest.approx((1, moved, off), abs=1e-10)
+        steps = twins.newton_steps(path, *found_at(model, path))
+        lengths = np.linalg.norm(steps, axis=1, keepdims=True)
+        expected = path + steps * np.minimum(1.0, cap / np.maximum(lengths, 1e-300))
+        found = geodesic.relax(model.surface, model.field, path, 0.0, cap, 1, 0.5)
+        assert found == pytest.approx((1, 0.5 * lengths.max(), 0.5), abs=1e-10)
         np.testing.assert_allclose(path, expected, atol=1e-10)
 
 
 def test_relax_until_it_settles(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
-        expected, iterations, _, _ = twins.relax(model.surface, model.field, path, 1e-9, 0.3, 30)
-        found = geodesic.relax(model.surface, model.field, path, 1e-9, 0.3, 30)
-        assert found[0] == iterations < 30
-        np.testing.assert_allclose(path, expected, atol=1e-10)
+        expected, iterations, _, _ = twins.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0)
+        found = geodesic.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0)
+        assert abs(found[0] - iterations) <= 2  # rounding in least squares of steps that are nearly alike
+        assert max(found[0], iterations) < 60
+        np.testing.assert_allclose(path, expected, atol=1e-8)
 
 
-@pytest.mark.parametrize("step", [0.1, 0.3])
-def test_solve_geodesic(model, ends, step):
+def test_relax_ends_where_the_plain_steps_vanish(model, ends):
     for start, goal in ends:
-        path = np.empty((8, len(start)))
-        found = geodesic.solve_geodesic(model.surface, model.field, start, goal, step, path, 1e-9, 0.3, 30)
+        path = bent(start, goal, 10, model.rng)
+        geodesic.relax(model.surface, model.field, path, 1e-10, 0.3, 100, 1.0)
+        assert np.abs(twins.newton_steps(path, *found_at(model, path))).max() < 1e-8
+
+
+@pytest.mark.parametrize("points", [8, 40])
+@pytest.mark.parametrize("step", [0.1, 0.3])
+def test_solve_geodesic(model, ends, step, points):
+    """With few states, and with many, of which few are relaxed first."""
+    for start, goal in ends:
+        path = np.empty((points, len(start)))
+        found = geodesic.solve_geodesic(model.surface, model.field, start, goal, step, path, 1e-9, 0.3, 100)
         grown = twins.grow_path(model.surface, model.field, start, goal, step, geodesic.GROWN)
         if grown is None:
             assert found == (0, np.inf)
             continue
-        first = twins.resample(grown, 8)
-        expected, iterations, _, _ = twins.relax(model.surface, model.field, first, 1e-9, 0.3, 30)
-        assert found[0] == iterations < 30
+        assert 0 < found[0] < 100
         assert found[1] < 1e-9
-        np.testing.assert_allclose(path, expected, atol=1e-9)
+        np.testing.assert_array_equal(path[[0, -1]], [start, goal])
+        assert np.abs(twins.newton_steps(path, *found_at(model, path))).max() < 1e-7
 
 
 def test_solve_geodesic_says_where_ends_do_not_meet(model, ends):

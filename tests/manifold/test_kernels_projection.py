@@ -6,7 +6,7 @@ import pytest
 from manifold import twins
 from manifold.random_models import SHAPES, random_model
 from skillfold.manifold.kernels import projection
-from skillfold.manifold.kernels.surface import displacement, make_scratch
+from skillfold.manifold.kernels.surface import make_scratch
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -18,29 +18,22 @@ def arrays(model):
     return model.surface, model.field
 
 
-def test_trusted(model):
-    scratch = make_scratch(*arrays(model))
-    verdicts = []
-    for x in model.states(40, 0.4):
-        square = displacement(*arrays(model), x, scratch, np.empty(len(x)))
-        _, _, nearest, doubt = twins.displacement(*arrays(model), x)
-        verdicts.append(nearest <= model.trust.spacing**2 and doubt <= model.trust.doubt)
-        assert projection.trusted(square, model.trust, scratch) == verdicts[-1]
-    assert {True, False} == set(verdicts)
+def room(model):
+    """Scratch memory for one state."""
+    return make_scratch(*arrays(model), 1), np.empty((4, len(model.surface.points)))
 
 
 @pytest.mark.parametrize(("tolerance", "steps"), [(1e-10, 30), (1e-4, 5)])
 @pytest.mark.parametrize("bounded", [False, True])
 def test_descend(model, bounded, tolerance, steps):
-    states, starts = model.states(10, 0.3), model.states(10, 0.0)
-    scratch, work = make_scratch(*arrays(model)), np.empty((5, states.shape[1]))
-    asked = *arrays(model), model.trust, bounded
-    for state, start in zip(states, starts, strict=True):
-        point = start.copy()
-        met = projection.descend(*asked, state, point, tolerance, steps, scratch, work)
-        expected, good = twins.descend(*asked, state, start, tolerance, steps)
+    trust = model.trust
+    limits = (trust.spacing, trust.doubt, trust.cap) if bounded else (np.inf, np.inf, trust.cap)
+    for state, start in zip(model.states(10, 0.3), model.states(10, 0.0), strict=True):
+        points = start[None].copy()
+        met = projection.descend(*arrays(model), *limits, state, points, tolerance, float(steps), *room(model))
+        expected, good = twins.descend(*arrays(model), *limits, state, start, tolerance, steps)
         assert met == good
-        np.testing.assert_allclose(point, expected, atol=1e-9)
+        np.testing.assert_allclose(points[0], expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("spacing", [0.05, 0.5])
@@ -49,9 +42,10 @@ def test_find_starts(model, sure, spacing):
     """With no sure anchors, with two, and with as many as there are; few of them around, or many."""
     flags = model.trust.sure if sure is None else np.arange(len(model.trust.sure)) < sure
     trust = model.trust._replace(sure=flags, spacing=spacing)
-    scratch = make_scratch(*arrays(model))
+    scratch = room(model)[0]
     for state in model.states(10, 0.5):
-        projection.find_starts(model.surface, trust, state, scratch)
+        found = scratch.distances, scratch.starts, scratch.start_squares
+        projection.find_starts(model.surface.points, spacing, flags, state, *found)
         np.testing.assert_array_equal(scratch.starts, twins.starts(model.surface, trust, state))
 
 
@@ -59,14 +53,14 @@ def test_find_starts(model, sure, spacing):
 def test_project_state_alone_and_in_batches(model, spread):
     states = model.states(6, spread)
     points, met = projection.project_states(*arrays(model), model.trust, states)
-    scratch, work = make_scratch(*arrays(model)), np.empty((5, states.shape[1]))
+    scratch, work = room(model)
     for state, point, good in zip(states, points, met, strict=True):
         expected, found = twins.project_state(*arrays(model), model.trust, state)
         assert good == found
         np.testing.assert_allclose(point, expected, atol=1e-9)
-        out = np.empty(len(state))
+        out = np.empty((1, len(state)))
         assert projection.project_state(*arrays(model), model.trust, state, scratch, work, out) == good
-        np.testing.assert_array_equal(out, point)
+        np.testing.assert_array_equal(out[0], point)
 
 
 def test_project_near(model):
@@ -75,7 +69,7 @@ def test_project_near(model):
     points, met = projection.project_near(*arrays(model), model.trust, states, starts)
     np.testing.assert_array_equal(starts, given)
     for i, state in enumerate(states):
-        expected, good = twins.descend(*arrays(model), model.trust, False, state, starts[i])
+        expected, good = twins.descend(*arrays(model), np.inf, np.inf, model.trust.cap, state, starts[i])
         assert met[i] == good
         np.testing.assert_allclose(points[i], expected, atol=1e-9)
 
@@ -89,34 +83,32 @@ def test_follow_leaf(model, rate, steps):
 
 
 def test_step_back(model):
-    scratch = make_scratch(*arrays(model))
     for x in model.states(10, 0.3):
-        point = x.copy()
-        met = projection.step_back(*arrays(model), point, 1e-10, scratch, np.empty(len(x)))
+        points = x[None].copy()
+        met = projection.step_back(*arrays(model), points, 1e-10, room(model)[0])
         expected, good = twins.step_back(*arrays(model), x, 1e-10)
         assert met == good
-        np.testing.assert_allclose(point, expected, atol=1e-9)
+        np.testing.assert_allclose(points[0], expected, atol=1e-9)
 
 
-def test_small_ones(model):
+def test_gap(model):
     a, b = model.states(2, 1.0)
     assert projection.gap(a, b) == pytest.approx(((a - b) ** 2).sum(), rel=1e-12)
-    projection.anchor_into(model.surface, 3, a)
-    np.testing.assert_array_equal(a, model.surface.points[:, 3])
 
 
-def test_tangent_bases(model):
+def test_field_bases(model):
     states = model.states(10, 1.0)
     expected = [twins.tangent_basis(model.field, x)[0] for x in states]
-    np.testing.assert_allclose(projection.tangent_bases(model.field, states), expected, atol=1e-10)
+    np.testing.assert_allclose(projection.field_bases(model.field, states), expected, atol=1e-10)
 
 
 def test_displacements(model):
     states = model.states(10, 0.5)
     expected = [twins.displacement(*arrays(model), x) for x in states]
-    normals, nearest = projection.displacements(*arrays(model), states)
+    normals, nearest, doubts = projection.displacements(*arrays(model), states)
     np.testing.assert_allclose(normals, [e[0] for e in expected], atol=1e-10)
     np.testing.assert_allclose(nearest, [np.sqrt(e[2]) for e in expected], atol=1e-10)
+    np.testing.assert_allclose(doubts, [e[3] for e in expected], atol=1e-6)
 
 
 @pytest.mark.parametrize("enough", [0.0, 1e-6, 0.05])
@@ -126,7 +118,7 @@ def test_judge(model, spread, enough):
     expected = [twins.distance(*arrays(model), model.trust, x, enough) for x in states]
     off, nearest = projection.judge(*arrays(model), model.trust, states, enough)
     np.testing.assert_allclose(off, expected, atol=1e-9)
-    np.testing.assert_allclose(nearest, projection.nearest_distances(model.surface, states), atol=1e-12)
+    np.testing.assert_allclose(nearest, projection.nearest_distances(*arrays(model), states), atol=1e-12)
 
 
 def test_judge_next_to_the_surface(model):
@@ -142,10 +134,4 @@ def test_judge_next_to_the_surface(model):
 def test_nearest_distances(model):
     states = model.states(10, 0.5)
     expected = np.linalg.norm(states[:, None] - model.surface.points.T, axis=2).min(1)
-    np.testing.assert_allclose(projection.nearest_distances(model.surface, states), expected, atol=1e-12)
-
-
-def test_doubts(model):
-    states = model.states(10, 0.5)
-    expected = [twins.displacement(*arrays(model), x)[3] for x in states]
-    np.testing.assert_allclose(projection.doubts(*arrays(model), states), expected, atol=1e-7)
+    np.testing.assert_allclose(projection.nearest_distances(*arrays(model), states), expected, atol=1e-12)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from skillfold.manifold.kernels import geodesic, projection, small, surface
+from skillfold.manifold.kernels import acceleration, geodesic, neighbours, projection, small, surface, tangents
 
+MODULES = [small, neighbours, tangents, surface, projection, acceleration, geodesic]
 SIZES = [(1, 2), (1, 5), (2, 3), (3, 7), (4, 4)]
 
 
@@ -18,7 +19,7 @@ def rows_and_rng(request):
     return np.ascontiguousarray(np.linalg.qr(rng.normal(size=(D, d)))[0].T), rng
 
 
-@pytest.mark.parametrize("module", [small, surface, projection, geodesic], ids=lambda m: m.__name__.split(".")[-1])
+@pytest.mark.parametrize("module", MODULES, ids=lambda m: m.__name__.split(".")[-1])
 def test_every_kernel_is_tested(module):
     kernels = {
         n for n, f in vars(module).items() if hasattr(f, "py_func") and f.py_func.__module__ == module.__name__
@@ -41,12 +42,23 @@ def test_components(rows_and_rng):
     np.testing.assert_allclose(out, rows @ vector, atol=1e-14)
 
 
-def test_remove_along(rows_and_rng):
+def test_square_and_copy(rows_and_rng):
+    vector = rows_and_rng[1].normal(size=7)
+    out = np.empty(7)
+    small.copy(vector, out)
+    np.testing.assert_array_equal(out, vector)
+    assert small.square(vector) == pytest.approx((vector**2).sum(), rel=1e-14)
+
+
+def test_clear(rows_and_rng):
+    """Row by row, what lies along those before goes; what is left is told."""
     rows, rng = rows_and_rng
-    vector = rng.normal(size=rows.shape[1])
-    found = vector.copy()
-    small.remove_along(rows, found, np.empty(len(rows)))
-    np.testing.assert_allclose(found, vector - rows.T @ rows @ vector, atol=1e-14)
+    basis = np.vstack([rows, rng.normal(size=rows.shape[1])])
+    last = basis[-1].copy()
+    left = small.clear(basis, len(rows), small.square(last))
+    expected = last - rows.T @ rows @ last
+    np.testing.assert_allclose(basis[-1], expected, atol=1e-13)
+    assert left == pytest.approx((expected**2).sum(), abs=1e-13)
 
 
 def test_keep_along(rows_and_rng):

@@ -35,13 +35,12 @@ def foot(skill, state):
     Anchors that disagree with their neighbours about the surface are no place to start from (`Trust.sure`).
     """
     model = skill.model
-    scratch = kernels.make_scratch(model.surface, model.field)
+    scratch = kernels.make_scratch(model.surface, model.field, 1)
     sure = model.anchors[model.trust.sure]
     point = sure[np.linalg.norm(sure - model.encode(state), axis=1).argmin()].copy()
-    normal = np.empty(len(point))
     for _ in range(20):
-        kernels.displacement(model.surface, model.field, point, scratch, normal)
-        point -= normal
+        kernels.evaluate(model.surface, model.field, point[None], scratch)
+        point -= scratch.normals[0]
     return model.moved(state, point)
 
 

@@ -41,27 +41,22 @@ def powers(dim, degree):
     return np.array([[c.count(a) for a in range(dim)] for c in factors])
 
 
-def polynomial(exponents, coefficients, u):
-    """Values (n,) of Σ_j c_j u^{p_j}, c (n, P); beyond |u| = REACH along the tangent of the ray through u."""
+def monomials(exponents, u):
+    """Values (P,) of the monomials at u; beyond |u| = REACH along the tangent of the ray through u."""
     length = np.linalg.norm(u)
     edge = u * min(1.0, REACH / length) if length > 0 else u
     terms = np.prod(edge**exponents, axis=1)
-    value = coefficients @ terms
     if length > REACH:
         # Euler: a monomial of degree g has derivative g × itself / |u| along the ray.
-        slope = coefficients @ (terms * exponents.sum(1)) / REACH
-        value = value + slope * (length - REACH)
-    return value
+        terms = terms * (1.0 + exponents.sum(1) * (length - REACH) / REACH)
+    return terms
 
 
 def anchor_displacement(surface, i, x):
     """From anchor i's own surface to x along its normals: (D,)."""
-    normals_count = surface.coefficients.shape[1]
-    tangents, normals = np.split(surface.frames[i], [len(x) - normals_count])
     offset = x - surface.points[:, i]
-    exponents = powers(len(tangents), surface.degrees[-1])
-    height = polynomial(exponents, surface.coefficients[i], tangents @ offset / surface.radii[i])
-    return (normals @ offset - height) @ normals
+    exponents = powers(surface.tangents.shape[1], surface.degrees[-1])
+    return offset - surface.bends[i, :, : len(exponents)] @ monomials(exponents, surface.tangents[i] @ offset)
 
 
 def nearest(points, x):
@@ -85,12 +80,12 @@ def displacement(surface, field, x):
     return mean - basis.T @ (basis @ mean), basis, square[0], np.sqrt(max(spread, 0.0))
 
 
-def descend(surface, field, trust, bounded, state, point, tolerance=1e-10, steps=30):
+def descend(surface, field, farthest, most_doubt, cap, state, point, tolerance=1e-10, steps=30):
     """Anchored Newton toward `state` along the surface; the point reached and whether it is on the surface."""
     rate, before, previous = 1.0, np.inf, point
     for step in range(steps):
         normal, basis, square, doubt = displacement(surface, field, point)
-        if bounded and step > 0 and (square > trust.spacing**2 or doubt > trust.doubt):
+        if step > 0 and (square > farthest**2 or doubt > most_doubt):
             rate, point = rate / 2, previous
             normal, basis, _, _ = displacement(surface, field, point)
         along = basis.T @ (basis @ (state - point))
@@ -102,8 +97,8 @@ def descend(surface, field, trust, bounded, state, point, tolerance=1e-10, steps
         if pull > 0.7 * before:
             rate = max(0.6 * rate, 0.05)
         before, previous = pull, point
-        forth = min(rate, trust.cap / max(pull, 1e-300))
-        point = point + forth * along - min(1.0, trust.cap / max(off, 1e-300)) * normal
+        forth = min(rate, cap / max(pull, 1e-300))
+        point = point + forth * along - min(1.0, cap / max(off, 1e-300)) * normal
     return step_back(surface, field, point, tolerance)
 
 
@@ -133,27 +128,28 @@ def project_state(surface, field, trust, state):
     normal, _, _, doubt = displacement(surface, field, state)
     if np.linalg.norm(normal) < 1e-10:
         return state, True
-    if np.linalg.norm(normal) < 0.25 * surface.radii[order[0]] and doubt < 10.0 * trust.doubt:
-        point, met = descend(surface, field, trust, False, state, state)
+    if np.linalg.norm(normal) < 0.25 * surface.radii[order[0]] and doubt < trust.ghost:
+        point, met = descend(surface, field, np.inf, np.inf, trust.cap, state, state)
         if met:
             return point, True
     anchors = surface.points.T[starts(surface, trust, state)]
     foot, met = step_back(surface, field, anchors[0], 1e-10)
-    found = [descend(surface, field, trust, True, state, anchor, 1e-4, 12) for anchor in anchors]
+    within = surface, field, trust.spacing, trust.doubt, trust.cap, state
+    found = [descend(*within, anchor, 1e-4, 12) for anchor in anchors]
     rough = [point for point, good in found if good]
     if rough:
         best = min(rough, key=lambda point: np.linalg.norm(state - point))
-        best, settled = descend(surface, field, trust, True, state, best)
+        best, settled = descend(*within, best)
         if settled and (not met or np.linalg.norm(state - best) < np.linalg.norm(state - foot)):
             return best, True
     return (foot, True) if met else (anchors[0], False)
 
 
 def distance(surface, field, trust, state, enough):
-    """Length of the displacement where that is small and sure enough, else of the way to the projection."""
+    """Length of the displacement, and of a great doubt, where that is small enough; else to the projection."""
     normal, _, _, doubt = displacement(surface, field, state)
-    off = np.linalg.norm(normal)
-    if off <= enough and doubt <= 10.0 * trust.doubt:
+    off = np.linalg.norm(normal) if doubt <= trust.ghost else np.sqrt((normal**2).sum() + doubt**2)
+    if off <= enough:
         return off
     return np.linalg.norm(project_state(surface, field, trust, state)[0] - state)
 
@@ -202,33 +198,61 @@ def second_differences(n):
     return np.eye(n, n + 2) - 2 * np.eye(n, n + 2, 1) + np.eye(n, n + 2, 2)
 
 
-def relax_step(surface, field, path, cap):
-    """One iteration of `relax` by one dense system; the new path, the longest step, the largest residual."""
+def newton_steps(path, normals, bases):
+    """Steps (n, D) onto the surface and to a path without pull along it, by one dense system."""
     n, D = path.shape
-    parts = [displacement(surface, field, q)[:2] for q in path[1:-1]]
-    r = np.array([normal for normal, _ in parts])
-    T = np.zeros(((n - 2) * D, (n - 2) * len(parts[0][1])))
-    d = len(parts[0][1])
-    for i, (_, basis) in enumerate(parts):
+    d = bases.shape[1]
+    T = np.zeros(((n - 2) * D, (n - 2) * d))
+    for i, basis in enumerate(bases[1:-1]):
         T[i * D : (i + 1) * D, i * d : (i + 1) * d] = basis.T
     bend = np.kron(second_differences(n - 2), np.eye(D))
-    inner = bend[:, D:-D]
-    t = np.linalg.solve(T.T @ inner @ T, -T.T @ (bend @ path.ravel() - inner @ r.ravel()))
-    delta = (T @ t - r.ravel()).reshape(n - 2, D)
-    sizes = np.linalg.norm(delta, axis=1)
-    new = path.copy()
-    new[1:-1] += delta * np.minimum(1.0, cap / np.maximum(sizes, 1e-300))[:, None]
-    return new, sizes.max(), np.linalg.norm(r, axis=1).max()
+    inner, r = bend[:, D:-D], normals[1:-1].ravel()
+    t = np.linalg.solve(T.T @ inner @ T, -T.T @ (bend @ path.ravel() - inner @ r))
+    steps = np.zeros((n, D))
+    steps[1:-1] = (T @ t - r).reshape(n - 2, D)
+    return steps
 
 
-def relax(surface, field, path, tolerance, cap, limit):
-    """`relax_step` until its step is below the tolerance."""
-    moved = off = np.inf
-    iteration = 0
-    while moved >= tolerance and iteration < limit:
-        path, moved, off = relax_step(surface, field, path, cap)
-        iteration += 1
-    return path, iteration, moved, off
+def mix(moves, changes, steps):
+    """Anderson's acceleration, by least squares."""
+    flat = changes.reshape(len(changes), -1)
+    gamma = np.linalg.lstsq(flat.T, steps.ravel(), rcond=None)[0]
+    return steps - np.tensordot(gamma, moves + changes, axes=1)
+
+
+def relax(surface, field, path, tolerance, cap, limit, share):
+    """Accelerated steps until the next one would be below the tolerance."""
+    moves, changes, steps, before = [], [], None, None
+    size = next_size = np.inf
+    earlier, iteration = 0.0, 0
+    while next_size >= tolerance and iteration < limit:
+        found = [displacement(surface, field, q)[:2] for q in path]
+        normals, bases = np.array([r for r, _ in found]), np.array([basis for _, basis in found])
+        plain = newton_steps(path, normals, bases)
+        last, size = size, np.linalg.norm(plain, axis=1).max()
+        if iteration > 0:
+            earlier, share = share, min(size / last, 1.0)
+            moves, changes = [*moves, steps][-5:], [*changes, plain - before][-5:]
+            if size >= 2.0 * last:
+                moves, changes = [], []
+        next_size = size * (share if iteration < 2 else max(share, earlier))
+        steps = mix(np.array(moves), np.array(changes), plain) if moves else plain
+        lengths = np.linalg.norm(steps, axis=1)
+        steps = steps * np.minimum(1.0, cap / np.maximum(lengths, 1e-300))[:, None]
+        before, path, iteration = plain, path + steps, iteration + 1
+    return path, iteration, next_size, share
+
+
+def refine(coarse, count):
+    """The curve through the states of `coarse` that is cubic through the four states around each stretch."""
+    at = np.linspace(0, len(coarse) - 1, count)
+    first = np.clip(at.astype(int) - 1, 0, len(coarse) - 4)
+    states = []
+    for t, j in zip(at, first, strict=True):
+        nodes = np.arange(j, j + 4)
+        weights = [np.prod([(t - m) / (k - m) for m in nodes if m != k]) for k in nodes]
+        states.append(weights @ coarse[j : j + 4])
+    return np.array(states)
 
 
 def relax_on_field(field, path, tolerance, limit):

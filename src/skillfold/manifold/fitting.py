@@ -11,9 +11,9 @@ from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces, held_out_res
 from skillfold.manifold.free import split_directions
 from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
-from skillfold.manifold.kernels.projection import doubts
+from skillfold.manifold.kernels.projection import displacements
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
-from skillfold.manifold.model import Model
+from skillfold.manifold.model import Model, as_maps, build_surface
 from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.selection import LARGEST, Progress, Shape, choose_field, choose_shape
 from skillfold.manifold.table import Selection
@@ -28,6 +28,7 @@ EDGES = 2500  # that the field is trained on
 QUANTILE = 0.95
 CALIBRATED = 1000  # held-out samples that tolerances are read off
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
+GHOST = 10.0  # times the usual doubt, beyond the tolerance: where anchors disagree more, they show no surface
 CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller
 WORKERS = 4096  # that one may ask for; negative numbers count down from the cores, as in joblib
 
@@ -134,13 +135,13 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
         field=kernel_field,
         centre=centre,
         scale=scale,
-        kept=split.kept,
-        free=split.free,
+        kept=np.ascontiguousarray(split.kept),  # as a saved one comes back: products round by the layout
+        free=np.ascontiguousarray(split.free),
         free_extent=np.abs(outer @ split.free).max(0) * scale,
         edges=graph.edges,
         step=graph.median,
         tolerance=tolerance,
-        trust=_trust(surface, kernel_field, spacing),
+        trust=_trust(surface, kernel_field, spacing, tolerance),
     )
     progress("training the tangent field", 1.0)
     normals = max(1, inner.shape[1] - dim)
@@ -172,10 +173,11 @@ def _local_surfaces(inner: Array, centres: Array, shape: Shape, dim: int) -> Loc
 
 def _kernel_surface(anchors: Array, local: LocalSurfaces, shape: Shape) -> Surface:
     """Arrays for the kernels; centred on the denoised anchors, so that the constant terms vanish."""
-    coefficients = np.ascontiguousarray(np.swapaxes(local.coefficients, 1, 2))
+    coefficients = np.swapaxes(local.coefficients, 1, 2).copy()
     coefficients[:, :, 0] = 0.0
-    points = np.ascontiguousarray(anchors.T)
-    return Surface(points, local.frames, coefficients, local.radii, *monomials(local.dim, shape.degree))
+    tangents, bends = as_maps(local.frames, coefficients, local.radii)
+    table = monomials(local.dim, shape.degree)
+    return build_surface(np.ascontiguousarray(anchors.T), tangents, bends, local.radii, table)
 
 
 def _kernel_field(field: TangentField) -> Field:
@@ -186,11 +188,12 @@ def _kernel_field(field: TangentField) -> Field:
     )
 
 
-def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
+def _trust(surface: Surface, field: Field, spacing: float, tolerance: float) -> Trust:
     """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
-    found = doubts(surface, field, np.ascontiguousarray(surface.points.T))
+    found = displacements(surface, field, surface.rows)[2]
     usual = max(float(np.median(found)), NO_DOUBT)
-    return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
+    ghost = max(GHOST * usual, tolerance)
+    return Trust(spacing, usual, ghost, min(CAP, float(np.median(surface.radii))), found <= usual)
 
 
 def _calibrate(

@@ -67,7 +67,7 @@ def leaf_geodesic(model: Model, start: Array, goal: Array, points: int) -> Geode
 def _relaxed(model: Model, first: Array, points: int, kind: str) -> Geodesic:
     path = np.empty((points, first.shape[1]))
     resample(first, path)
-    iterations, moved, _ = relax(model.surface, model.field, path, TOLERANCE, CAP, LIMIT)
+    iterations, moved, _ = relax(model.surface, model.field, path, TOLERANCE, CAP, LIMIT, 1.0)
     return Geodesic(path, int(iterations), bool(moved < TOLERANCE), kind)
 
 

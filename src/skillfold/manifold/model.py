@@ -8,11 +8,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
+from skillfold.manifold.polynomials import Monomials
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+LISTED = 48  # neighbours that each anchor knows
+MANY = 192  # anchors from which on it is faster to ask them than to ask all
+LANES = 8  # numbers that a compiled loop takes at a time
 
 
 @dataclass(frozen=True)
@@ -62,8 +68,55 @@ class Model:
 
     def encode(self, states: Array) -> Array:
         """Inner coordinates (..., D - f) of states (..., D)."""
-        return np.ascontiguousarray((states - self.centre) @ self.kept / self.scale)
+        return ((states - self.centre) @ self.kept) / self.scale
+
+    def path(self, start: Array, goal: Array, inner: Array) -> Array:
+        """States (n, D) with inner coordinates (n, D - f); what is free goes straight from start to goal."""
+        states = self.centre + inner @ (self.scale * self.kept.T)
+        if self.free.shape[1]:
+            first, last = (start - self.centre) @ self.free, (goal - self.centre) @ self.free
+            share = np.linspace(0.0, 1.0, len(inner))[:, None]
+            states += (first + share * (last - first)) @ self.free.T
+        return states
 
     def moved(self, states: Array, inner: Array) -> Array:
         """States (..., D) with their inner coordinates replaced; what is free stays."""
         return states + (inner - self.encode(states)) @ self.kept.T * self.scale
+
+
+def build_surface(points: Array, tangents: Array, bends: Array, radii: Array, table: Monomials) -> Surface:
+    """The surface of anchors (D, M) with all that its loops look up.
+
+    Args:
+        points: (D, M).
+        tangents: (M, d, D), divided by the radii.
+        bends: (M, D, P).
+        radii: (M,).
+        table: of the monomials.
+    """
+    rows = np.ascontiguousarray(points.T)
+    listed = LISTED if len(rows) >= MANY else 0
+    distances, neighbours = np.empty((len(rows), 0)), np.empty((len(rows), 0), dtype=np.int64)
+    if listed:
+        distances, neighbours = KDTree(rows).query(rows, listed)
+    # Of anchors that coincide, the tree may name another one first.
+    order = np.argsort(neighbours != np.arange(len(rows))[:, None], axis=1, kind="stable")
+    neighbours = np.take_along_axis(neighbours, order, 1).astype(np.int64)
+    padded = np.zeros((*bends.shape[:2], -(-bends.shape[2] // LANES) * LANES))
+    padded[..., : bends.shape[2]] = bends
+    return Surface(points, rows, tangents, padded, neighbours, distances.max(1, initial=0.0), radii, *table)
+
+
+def as_maps(frames: Array, coefficients: Array, radii: Array) -> tuple[Array, Array]:
+    """Local polynomials as `Surface` wants them: tangents (M, d, D) and bends (M, D, P).
+
+    Args:
+        frames: (M, D, D) orthonormal rows, the first d tangent.
+        coefficients: (M, D - d, P) of v(u / radius) along the others.
+        radii: (M,).
+    """
+    dim = frames.shape[1] - coefficients.shape[1]
+    tangents, normals = frames[:, :dim], frames[:, dim:]
+    bends = np.einsum("mnp,mnc->mcp", coefficients, normals)
+    bends[:, :, 1 : 1 + dim] += np.swapaxes(tangents, 1, 2) * radii[:, None, None]
+    return np.ascontiguousarray(tangents / radii[:, None, None]), np.ascontiguousarray(bends)

@@ -1,6 +1,7 @@
 """Plans: the ends brought onto the manifold, a path between them, the check, and the story in words."""
 
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -34,8 +35,8 @@ def plan_geodesic(model: Model, space: StateSpace, names: tuple[str, ...], query
     asked, moved, supported = _onto(model, query.states)
     counts = _shares(model, asked, query.points)
     legs = [_leg(model, a, b, count, leaf) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
-    states = np.vstack([legs[0][0], *(states[1:] for states, _ in legs[1:])])
-    states = _exact_ends(space.normalize(states), asked, counts)
+    states = np.vstack([legs[0][0], *(states[1:] for states, _ in legs[1:])]) if legs[1:] else legs[0][0]
+    states = _exact_ends(states if space.is_flat else space.normalize(states), asked, counts)
     tolerance = _usual(model) * (1.0 + 1e-9)  # ends that were left where they are keep this too
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
     parts = [part for _, part in legs]
@@ -72,7 +73,7 @@ def _usual(model: Model) -> float:
 def _onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
     moved = np.zeros(len(states))
-    off = OnManifold(model).distance(states) > _usual(model)
+    off = OnManifold(model, _usual(model)).distance(states) > _usual(model)
     if not off.any():
         return states, moved, True
     onto = states.copy()
@@ -82,6 +83,8 @@ def _onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
 
 def _shares(model: Model, states: Array, points: int) -> list[int]:
     """States of each leg, both ends counted, in proportion to the distance between its ends."""
+    if len(states) == 2:
+        return [points]
     gaps = np.linalg.norm(np.diff(states, axis=0), axis=1)
     steps = points - 1 - len(gaps)
     share = np.cumsum(gaps) / max(float(gaps.sum()), 1e-300)
@@ -91,15 +94,13 @@ def _shares(model: Model, states: Array, points: int) -> list[int]:
 
 
 def _leg(model: Model, start: Array, goal: Array, count: int, leaf: bool) -> tuple[Array, Geodesic]:
-    inner = model.encode(np.stack([start, goal]))
     solve = leaf_geodesic if leaf else geodesic
-    found = solve(model, inner[0], inner[1], count)
-    straight = start + np.linspace(0.0, 1.0, count)[:, None] * (goal - start)
-    return model.moved(straight, found.states), found
+    found = solve(model, model.encode(start), model.encode(goal), count)
+    return model.path(start, goal, found.states), found
 
 
 def _exact_ends(states: Array, asked: Array, counts: list[int]) -> Array:
-    states[np.concatenate([[0], np.cumsum([n - 1 for n in counts])])] = asked
+    states[list(accumulate((n - 1 for n in counts), initial=0))] = asked
     return states
 
 

@@ -39,7 +39,7 @@ def project_leaf(model: Model, states: Array, near: Array, rate: float, steps: i
 
 def tangents(model: Model, states: Array) -> Array:
     """Orthonormal tangents at states (B, D); (B, D, d), the free directions last."""
-    rows = kernels.tangent_bases(model.field, model.encode(states))
+    rows = kernels.field_bases(model.field, model.encode(states))
     free = np.broadcast_to(model.free, (len(states), *model.free.shape))
     return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
 
@@ -56,19 +56,28 @@ class OnManifold:
     model: Model
     enough: float = 0.0
 
-    def distance(self, states: Array, /) -> Array:
-        """Distances (B,) of states (B, D) from the modelled surface."""
-        m = self.model
-        enough = max(self.enough / m.scale, NEAR)
-        return m.scale * kernels.judge(m.surface, m.field, m.trust, m.encode(states), enough)[0]
+    def judge(self, states: Array, /) -> tuple[Array, Array]:
+        """Of states (B, D): distances from the modelled surface, and from the nearest anchor; both (B,).
 
-    def inside(self, states: Array, /) -> Array:
-        """Distances (B,) from the nearest anchor, 1 at the 95 % quantile of held-out samples.
-
-        Along free directions nothing counts until the range of the samples is left.
+        The latter is 1 at the 95 % quantile of held-out samples. Along free directions nothing counts until the
+        range of the samples is left.
         """
         m = self.model
-        near = kernels.nearest_distances(m.surface, m.encode(states))
+        enough = max(self.enough / m.scale, NEAR)
+        off, near = kernels.judge(m.surface, m.field, m.trust, m.encode(states), enough)
+        return m.scale * off, self._outside(states, near)
+
+    def distance(self, states: Array) -> Array:
+        """The first of what `judge` tells."""
+        return self.judge(states)[0]
+
+    def inside(self, states: Array) -> Array:
+        """The second of what `judge` tells, with less work."""
+        m = self.model
+        return self._outside(states, kernels.nearest_distances(m.surface, m.field, m.encode(states)))
+
+    def _outside(self, states: Array, near: Array) -> Array:
+        m = self.model
         if m.free.shape[1]:
             beyond = np.maximum(np.abs((states - m.centre) @ m.free) - m.free_extent, 0.0) / m.scale
             near = np.sqrt(near**2 + (beyond**2).sum(1))

@@ -28,7 +28,7 @@ def sample_surface(model: Model, n: int, seed: int) -> Array:
     for _ in range(ROUNDS):
         i = rng.choice(len(anchors), n, p=weights / weights.sum())
         steps = rng.normal(size=(n, inner_dim)) * (near[i] / np.sqrt(inner_dim))[:, None]
-        moved = anchors[i] + np.einsum("na,nac->nc", steps, model.surface.frames[i, :inner_dim])
+        moved = anchors[i] + np.einsum("na,nac->nc", steps * model.surface.radii[i, None], model.surface.tangents[i])
         drawn = model.centre + model.scale * moved @ model.kept.T
         if model.free.shape[1]:
             drawn += rng.uniform(-1.0, 1.0, (n, model.free.shape[1])) * model.free_extent @ model.free.T

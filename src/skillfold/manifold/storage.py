@@ -9,8 +9,8 @@ import numpy as np
 from skillfold import archive
 from skillfold.errors import SkillFileError
 from skillfold.manifold.inputs import whole
-from skillfold.manifold.kernels.surface import Field, Surface, Trust
-from skillfold.manifold.model import Model
+from skillfold.manifold.kernels.surface import Field, Trust
+from skillfold.manifold.model import Model, build_surface
 from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.route import Route
 from skillfold.manifold.table import Selection, Trial
@@ -18,7 +18,7 @@ from skillfold.recordings import shortened
 from skillfold.spaces import StateSpace
 
 KIND = "skill manifold"
-VERSION = 1
+VERSION = 2
 NUMBERS = ("scale", "step", "tolerance")
 ROUTE = "route_"
 SAMPLES = 2**53  # that a skill may say it was learnt from
@@ -32,8 +32,8 @@ def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict
     header = {"kind": KIND, "version": VERSION, "degree": degree, "numbers": numbers, **facts}
     arrays = {
         "points": model.surface.points,
-        "frames": model.surface.frames,
-        "coefficients": model.surface.coefficients,
+        "tangents": model.surface.tangents,
+        "bends": model.surface.bends[:, :, : len(model.surface.parents)],
         "radii": model.surface.radii,
         "kernels": model.field.centres,
         "precision": np.array(model.field.precision),
@@ -43,7 +43,7 @@ def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict
         "free": model.free,
         "free_extent": model.free_extent,
         "edges": model.edges,
-        "trust": np.array(model.trust[:3]),
+        "trust": np.array(model.trust[:4]),
         "sure": model.trust.sure,
     }
     if route is not None:
@@ -137,16 +137,16 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
     degree = whole("degree", header["degree"], 1, 8)
     terms = comb(d + degree, degree)
     # Compared before the table is made: of many dimensions and a high degree, it alone would fill the memory.
-    fitting = arrays["coefficients"].shape == (M, inner - d, terms) and terms <= TERMS
+    fitting = arrays["bends"].shape == (M, inner, terms) and terms <= TERMS
     if not (1 <= d < inner <= D <= 1000 and M >= 2 and K >= 1 and fitting):
         raise ValueError(f"sizes D {D}, inner {inner}, d {d}, K {K}, M {M}, degree {degree} do not fit")
     table = monomials(d, degree)
-    surface = Surface(
+    surface = build_surface(
         _floats(arrays, "points", (inner, M)),
-        _floats(arrays, "frames", (M, inner, inner)),
-        _floats(arrays, "coefficients", (M, inner - d, terms)),
+        _floats(arrays, "tangents", (M, d, inner)),
+        _floats(arrays, "bends", (M, inner, terms)),
         _positive("radii", _floats(arrays, "radii", (M,))),
-        *table,
+        table,
     )
     field = Field(
         _floats(arrays, "kernels", (inner, K)),
@@ -160,7 +160,7 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
     sure = arrays["sure"]
     if sure.dtype != np.bool_ or sure.shape != (M,) or not sure.any():
         raise ValueError("sure: expected a flag for each anchor, one set at least")
-    spacing, doubt, cap = (float(t) for t in _positive("trust", _floats(arrays, "trust", (3,))))
+    spacing, doubt, ghost, cap = (float(t) for t in _positive("trust", _floats(arrays, "trust", (4,))))
     _positive("numbers", np.array([numbers["scale"], numbers["step"]]))
     return Model(
         surface=surface,
@@ -170,7 +170,7 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
         free=_floats(arrays, "free", (D, D - inner)),
         free_extent=_floats(arrays, "free_extent", (D - inner,)),
         edges=edges,
-        trust=Trust(spacing, doubt, cap, sure),
+        trust=Trust(spacing, doubt, ghost, cap, sure),
         **numbers,
     )
 

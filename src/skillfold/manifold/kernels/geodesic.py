@@ -5,12 +5,17 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import njit
-from skillfold.manifold.kernels.small import keep_along, norm, solve_in_place
-from skillfold.manifold.kernels.surface import Field, Surface, displacement, make_scratch, tangent_basis
+from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, take
+from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
+from skillfold.manifold.kernels.surface import Field, Surface, evaluate, make_scratch
+from skillfold.manifold.kernels.tangents import tangent_bases
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 GROWN = 2000  # states that a first path may have
+COARSE = 13  # states of the path that is relaxed first, where many are asked
+MEMORY = 5  # iterations that the acceleration looks back on
+WORSE = 2.0  # times the last step: a larger one shows that what was learnt of the iteration no longer holds
 
 
 @njit
@@ -18,15 +23,16 @@ def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: f
     """Grow from both ends in turn along the projected direction until they meet; the number of states grown.
 
     Algorithm 1 with its faults mended: the grown points are kept, in `grown` (limit, D), start first; steps go
-    toward the other end; each is followed by a step straight back onto the surface. Returns 0 where the ends do
-    not meet within the limit or stop getting closer.
+    toward the other end; each is followed by two straight back onto the surface. Returns 0 where the ends do not
+    meet within the limit or stop getting closer.
     """
     limit, D = grown.shape
-    scratch = make_scratch(surface, field)
-    normal, direction = np.empty(D), np.empty(D)
+    scratch = make_scratch(surface, field, 1)
+    normal, basis, within = scratch.normals[0], scratch.bases[0], scratch.along
+    direction = np.empty(D)
     left, right = 0, limit - 1
-    grown[left] = start
-    grown[right] = goal
+    copy(start, grown[left])
+    copy(goal, grown[right])
     while True:
         for c in range(D):
             direction[c] = grown[right, c] - grown[left, c]
@@ -38,8 +44,8 @@ def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: f
         forward = (left + limit - 1 - right) % 2 == 0
         here = left if forward else right
         there = left + 1 if forward else right - 1
-        displacement(surface, field, grown[here], scratch, normal)
-        keep_along(scratch.basis, direction, scratch.along)
+        evaluate(surface, field, grown[here : here + 1], scratch)
+        keep_along(basis, direction, within)
         length = norm(direction)
         if length < 1e-6 * gap:
             return 0
@@ -47,7 +53,7 @@ def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: f
         for c in range(D):
             grown[there, c] = grown[here, c] + signed * direction[c]
         for _ in range(2):
-            displacement(surface, field, grown[there], scratch, normal)
+            evaluate(surface, field, grown[there : there + 1], scratch)
             for c in range(D):
                 grown[there, c] -= normal[c]
         if forward:
@@ -56,7 +62,7 @@ def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: f
             right = there
     count = left + 1 + limit - right
     for i in range(right, limit):
-        grown[left + 1 + i - right] = grown[i]
+        copy(grown[i], grown[left + 1 + i - right])
     return count
 
 
@@ -80,15 +86,15 @@ def resample(path: Array, out: Array) -> None:
         t = (wanted - lengths[j]) / span if span > 0.0 else 0.0
         for c in range(D):
             out[i, c] = (1.0 - t) * path[j, c] + t * path[j + 1, c]
-    out[0] = path[0]
-    out[m - 1] = path[n - 1]
+    copy(path[0], out[0])
+    copy(path[n - 1], out[m - 1])
 
 
 @njit
-def relax(surface: Surface, field: Field, path: Array, tolerance: float, cap: float, limit: int) -> tuple:
-    """Make `path` (n, D) a geodesic in place, its ends fixed; (iterations, largest last step, largest residual).
+def newton_steps(path: Array, normals: Array, tangents: Array, right: Array, steps: Array) -> None:
+    """Steps δ (n, D) that would bring a path (n, D) onto the surface and make it straight along it.
 
-    Each iteration takes, at every inner point, the displacement r from the surface and H's tangents T, and solves
+    With the displacement r from the surface and H's tangents T at every inner point, solves
 
         N'δ_i = −N'r_i,    T_i'(δ_{i−1} − 2δ_i + δ_{i+1}) = −T_i'(q_{i−1} − 2q_i + q_{i+1})
 
@@ -96,61 +102,98 @@ def relax(surface: Surface, field: Field, path: Array, tolerance: float, cap: fl
     δ_i = T_i t_i − r_i this is block tridiagonal in the d-vectors t_i.
     """
     n, D = path.shape
-    d = field.weights.shape[0]
-    scratch = make_scratch(surface, field)
-    tangents = np.empty((n, d, D))
-    normals = np.zeros((n, D))
-    right = np.empty((n, d, d + 1))
+    d = tangents.shape[1]
     block = np.empty((d, d))
-    delta = np.empty(D)
-    moved, off, iteration = np.inf, np.inf, 0
-    while iteration < limit and moved >= tolerance:
-        iteration += 1
-        off = 0.0
-        for i in range(1, n - 1):
-            displacement(surface, field, path[i], scratch, normals[i])
-            tangents[i] = scratch.basis
-            off = max(off, norm(normals[i]))
-        for i in range(1, n - 1):
-            for a in range(d):
+    for i in range(1, n - 1):
+        for a in range(d):
+            s = 0.0
+            for c in range(D):
+                bend = path[i - 1, c] - 2.0 * path[i, c] + path[i + 1, c]
+                s -= tangents[i, a, c] * (bend - normals[i - 1, c] + 2.0 * normals[i, c] - normals[i + 1, c])
+            right[i, a, d] = s
+            for b in range(d):
                 s = 0.0
-                for c in range(D):
-                    bend = path[i - 1, c] - 2.0 * path[i, c] + path[i + 1, c]
-                    s -= tangents[i, a, c] * (bend - normals[i - 1, c] + 2.0 * normals[i, c] - normals[i + 1, c])
-                right[i, a, d] = s
-                for b in range(d):
+                if i < n - 2:
+                    for c in range(D):
+                        s += tangents[i, a, c] * tangents[i + 1, b, c]
+                right[i, a, b] = s
+                block[a, b] = -2.0 if a == b else 0.0
+        if i > 1:
+            for a in range(d):
+                for e in range(d):
                     s = 0.0
-                    if i < n - 2:
-                        for c in range(D):
-                            s += tangents[i, a, c] * tangents[i + 1, b, c]
-                    right[i, a, b] = s
-                    block[a, b] = -2.0 if a == b else 0.0
-            if i > 1:
-                for a in range(d):
-                    for e in range(d):
-                        s = 0.0
-                        for c in range(D):
-                            s += tangents[i, a, c] * tangents[i - 1, e, c]
-                        for b in range(d):
-                            block[a, b] -= s * right[i - 1, e, b]
-                        right[i, a, d] -= s * right[i - 1, e, d]
-            solve_in_place(block, right[i])
-        moved = 0.0
-        for i in range(n - 2, 0, -1):
-            if i < n - 2:
-                for a in range(d):
+                    for c in range(D):
+                        s += tangents[i, a, c] * tangents[i - 1, e, c]
                     for b in range(d):
-                        right[i, a, d] -= right[i, a, b] * right[i + 1, b, d]
+                        block[a, b] -= s * right[i - 1, e, b]
+                    right[i, a, d] -= s * right[i - 1, e, d]
+        solve_in_place(block, right[i])
+    for i in range(n - 2, 0, -1):
+        if i < n - 2:
+            for a in range(d):
+                for b in range(d):
+                    right[i, a, d] -= right[i, a, b] * right[i + 1, b, d]
+        for c in range(D):
+            steps[i, c] = -normals[i, c]
+            for a in range(d):
+                steps[i, c] += tangents[i, a, c] * right[i, a, d]
+
+
+@njit
+def relax(
+    surface: Surface, field: Field, path: Array, tolerance: float, cap: float, limit: int, share: float
+) -> tuple:
+    """Make `path` (n, D) a geodesic in place, its ends fixed; (iterations, step that would be next, share left).
+
+    Iterates `newton_steps`, which leave out how the surface bends: each leaves about the same share of the error.
+    So they are accelerated, and the shares seen last tell how large the next step may be; below `tolerance` it is
+    not taken. Before any is seen, `share` is believed.
+    """
+    n, D = path.shape
+    d = field.weights.shape[0]
+    scratch = make_scratch(surface, field, n)
+    right, steps, before = np.empty((n, d, d + 1)), np.zeros((n, D)), np.zeros((n, D))
+    path_changes, step_changes = np.zeros((MEMORY, n, D)), np.zeros((MEMORY, n, D))
+    next_size, size, earlier, iteration, known = np.inf, np.inf, 0.0, 0, 0
+    while iteration < limit and next_size >= tolerance:
+        evaluate(surface, field, path, scratch)
+        scratch.normals[0] = 0.0  # the ends stay where they are
+        scratch.normals[n - 1] = 0.0
+        slot = known % MEMORY
+        copy_rows(steps, path_changes[slot])
+        newton_steps(path, scratch.normals, scratch.bases, right, steps)
+        last, size = size, longest(steps)
+        if iteration > 0:
+            earlier, share = share, min(size / last, 1.0)
+        next_size = size * (share if iteration < 2 else max(share, earlier))
+        known = known + 1 if iteration > 0 and size < WORSE * last else 0
+        for i in range(n):
             for c in range(D):
-                delta[c] = -normals[i, c]
-                for a in range(d):
-                    delta[c] += tangents[i, a, c] * right[i, a, d]
-            size = norm(delta)
-            moved = max(moved, size)
-            shrink = min(1.0, cap / max(size, 1e-300))
-            for c in range(D):
-                path[i, c] += shrink * delta[c]
-    return iteration, moved, off
+                step_changes[slot, i, c] = steps[i, c] - before[i, c]
+                before[i, c] = steps[i, c]
+        if known > 0:
+            m = min(known, MEMORY)
+            mix(path_changes[:m], step_changes[:m], steps)
+        take(path, steps, cap)
+        iteration += 1
+    return iteration, next_size, share
+
+
+@njit
+def refine(coarse: Array, path: Array) -> None:
+    """A smooth curve through the states of `coarse` (m, D), read at the n states of `path`; cubic through four."""
+    m, D = coarse.shape
+    n = len(path)
+    for i in range(n):
+        at = i * (m - 1) / (n - 1)
+        j = min(max(int(at) - 1, 0), m - 4)
+        t = at - j
+        a, b, c, d = t, t - 1.0, t - 2.0, t - 3.0
+        w0, w1, w2, w3 = -b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0
+        for k in range(D):
+            path[i, k] = w0 * coarse[j, k] + w1 * coarse[j + 1, k] + w2 * coarse[j + 2, k] + w3 * coarse[j + 3, k]
+    copy(coarse[0], path[0])
+    copy(coarse[m - 1], path[n - 1])
 
 
 @njit
@@ -165,13 +208,23 @@ def solve_geodesic(
     cap: float,
     limit: int,
 ) -> tuple:
-    """Grow, resample and relax into `path` (n, D); (iterations, last step), 0 iterations where ends do not meet."""
+    """Grow, resample and relax into `path` (n, D); (iterations, last step), 0 iterations where ends do not meet.
+
+    A path of many states is relaxed with few of them first, which takes away most of the error at little cost.
+    """
     grown = np.empty((GROWN, start.size))
     count = grow_path(surface, field, start, goal, step, grown)
     if count == 0:
         return 0, np.inf
-    resample(grown[:count], path)
-    iterations, moved, _ = relax(surface, field, path, tolerance, cap, limit)
+    share = 1.0
+    if len(path) < 2 * COARSE:
+        resample(grown[:count], path)
+    else:
+        coarse = np.empty((COARSE, start.size))
+        resample(grown[:count], coarse)
+        _, _, share = relax(surface, field, coarse, tolerance, cap, limit, share)
+        refine(coarse, path)
+    iterations, moved, _ = relax(surface, field, path, tolerance, cap, limit, share)
     return iterations, moved
 
 
@@ -187,25 +240,23 @@ def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> t
     """
     n, D = path.shape
     d = field.weights.shape[0]
-    features, basis = np.empty(field.centres.shape[1]), np.empty((d, D))
-    midpoint = np.empty(D)
+    features, bases, midways = np.empty(field.centres.shape[1]), np.empty((n, d, D)), np.empty((n - 1, d, D))
     across = np.empty((n - 1, D, D))
     here = np.empty((D, D))
     right = np.empty((n, D, D + 1))
     moved, iteration = np.inf, 0
     while iteration < limit and moved >= tolerance:
         iteration += 1
+        middle = 0.5 * (path[1:] + path[:-1])
+        tangent_bases(field.centres, field.precision, field.weights, path, features, bases)
+        tangent_bases(field.centres, field.precision, field.weights, middle, features, midways)
         for i in range(n - 1):
-            for c in range(D):
-                midpoint[c] = 0.5 * (path[i, c] + path[i + 1, c])
-            tangent_basis(field, midpoint, features, basis)
-            normal_projector(basis, across[i])
+            normal_projector(midways[i], across[i])
         right[:] = 0.0
-        right[0, :, D] = path[0]
-        right[n - 1, :, D] = path[n - 1]
+        copy(path[0], right[0, :, D])
+        copy(path[n - 1], right[n - 1, :, D])
         for i in range(1, n - 1):
-            tangent_basis(field, path[i], features, basis)
-            normal_projector(basis, here)
+            normal_projector(bases[i], here)
             # (I − N) turns the second difference into its part along the surface.
             before = here @ across[i - 1] + np.eye(D) - here
             after = here @ across[i] + np.eye(D) - here

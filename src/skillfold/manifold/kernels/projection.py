@@ -5,67 +5,66 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import njit
-from skillfold.manifold.kernels.small import keep_along, norm
+from skillfold.manifold.kernels.neighbours import smallest
+from skillfold.manifold.kernels.small import copy, keep_along, norm
 from skillfold.manifold.kernels.surface import (
     Field,
+    Flags,
+    Indices,
     Scratch,
     Surface,
     Trust,
-    displacement,
+    evaluate,
     find_nearest,
     make_scratch,
-    smallest,
-    tangent_basis,
 )
+from skillfold.manifold.kernels.tangents import tangent_bases
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 CLOSE = 0.25  # of a neighbourhood's radius: nearer states are projected from themselves alone
-STEPS = 30  # of the anchored Newton iteration
+STEPS = 30.0  # (a float: for each whole number Numba would compile anew) of the anchored Newton iteration
 TOLERANCE = 1e-10  # of an iteration, in units of the data's rms radius
-GHOST = 10.0  # times the usual doubt: where anchors disagree more, a small displacement means nothing
 AROUND = 2.0  # spacings beyond the nearest anchor in which sure ones are looked for
 SMALLEST_RATE = 1e-3  # of the step along the surface: below it the edge of the support is met
 BACK_STEPS = 20  # straight onto the surface, at the end
-ROUGH, ROUGH_STEPS = 1e-4, 12  # the same, while several starts are compared
-
-
-@njit
-def trusted(square: float, trust: Trust, scratch: Scratch) -> bool:
-    """Whether the last evaluated point lies near an anchor and its anchors agree about the surface."""
-    return square <= trust.spacing**2 and scratch.doubt[0] <= trust.doubt
+ROUGH, ROUGH_STEPS = 1e-4, 12.0  # the same, while several starts are compared
 
 
 @njit
 def descend(
     surface: Surface,
     field: Field,
-    trust: Trust,
-    bounded: bool,
+    farthest: float,
+    most_doubt: float,
+    cap: float,
     state: Array,
-    point: Array,
+    points: Array,
     tolerance: float,
-    steps: int,
+    steps: float,
     scratch: Scratch,
     work: Array,
 ) -> bool:
-    """Anchored Newton from `point` (changed in place) to the surface's closest point to `state`.
+    """Anchored Newton from the one of `points` (1, D; changed in place) to the surface's closest point to `state`.
 
     Each step goes along the surface toward `state` and straight back onto it; both parts are capped. The step
-    along shrinks where it overshoots; where `bounded`, also where it would leave what is trusted: then the answer
-    is the edge of that. Ends with steps straight back. Returns whether the surface was met.
+    along shrinks where it overshoots, and where it would go `farthest` from the anchors or where these disagree by
+    `most_doubt`: then the answer is the edge of that. Ends with steps straight back. Returns whether the surface
+    was met.
     """
-    normal, along, previous = work[0], work[1], work[2]
+    along, previous, within = work[0], work[1], scratch.along
+    point, normal, basis = points[0], scratch.normals[0], scratch.bases[0]
+    squares, doubts = scratch.squares, scratch.doubts
     rate, before, off = 1.0, np.inf, np.inf
-    for step in range(steps):
-        square = displacement(surface, field, point, scratch, normal)
-        if bounded and step > 0 and not trusted(square, trust, scratch):
+    for step in range(int(steps)):
+        evaluate(surface, field, points, scratch)
+        if step > 0 and (squares[0, 0] > farthest**2 or doubts[0] > most_doubt):
             rate *= 0.5
-            point[:] = previous
-            displacement(surface, field, point, scratch, normal)
+            copy(previous, point)
+            evaluate(surface, field, points, scratch)
         for c in range(point.size):
             along[c] = state[c] - point[c]
-        keep_along(scratch.basis, along, scratch.along)
+        keep_along(basis, along, within)
         off, pull = norm(normal), norm(along)
         if off < tolerance and rate * pull < tolerance:
             return True
@@ -74,21 +73,20 @@ def descend(
         if pull > 0.7 * before:
             rate = max(0.6 * rate, 0.05)
         before = pull
-        back = min(1.0, trust.cap / max(off, 1e-300))
-        forth = min(rate, trust.cap / max(pull, 1e-300))
+        back = min(1.0, cap / max(off, 1e-300))
+        forth = min(rate, cap / max(pull, 1e-300))
         for c in range(point.size):
             previous[c] = point[c]
             point[c] += forth * along[c] - back * normal[c]
-    return step_back(surface, field, point, tolerance, scratch, normal)
+    return step_back(surface, field, points, tolerance, scratch)
 
 
 @njit
-def step_back(
-    surface: Surface, field: Field, point: Array, tolerance: float, scratch: Scratch, normal: Array
-) -> bool:
-    """Straight onto the surface from `point` (changed in place): its foot. Returns whether the surface was met."""
+def step_back(surface: Surface, field: Field, points: Array, tolerance: float, scratch: Scratch) -> bool:
+    """Straight from the one of `points` (1, D; changed in place) to its foot. Returns whether the surface was met."""
+    point, normal = points[0], scratch.normals[0]
     for _ in range(BACK_STEPS):
-        displacement(surface, field, point, scratch, normal)
+        evaluate(surface, field, points, scratch)
         if norm(normal) < tolerance:
             return True
         for c in range(point.size):
@@ -97,67 +95,65 @@ def step_back(
 
 
 @njit
-def find_starts(surface: Surface, trust: Trust, state: Array, scratch: Scratch) -> None:
-    """The nearest sure anchors into scratch.starts; simply the nearest ones where sure ones are few around."""
-    find_nearest(surface.points, state, scratch)
-    enough = (np.sqrt(scratch.squares[0]) + AROUND * trust.spacing) ** 2
-    count = min(scratch.starts.size, scratch.nearest.size)
-    scratch.starts[:count] = scratch.nearest[:count]
-    sure = 0
-    for i in range(trust.sure.size):
-        if trust.sure[i] and scratch.distances[i] <= enough:
-            sure += 1
+def find_starts(
+    points: Array, spacing: float, sure: Flags, state: Array, distances: Array, starts: Indices, squares: Array
+) -> None:
+    """The nearest sure anchors into `starts`; simply the nearest ones where sure ones are few around."""
+    distances[:] = 0.0
+    for c in range(state.size):
+        for i in range(distances.size):
+            distances[i] += (state[c] - points[c, i]) ** 2
+    smallest(distances, starts, squares)
+    enough = (np.sqrt(squares[0]) + AROUND * spacing) ** 2
+    count = 0
+    for i in range(sure.size):
+        if sure[i] and distances[i] <= enough:
+            count += 1
         else:
-            scratch.distances[i] = np.inf
-    if sure >= count:
-        smallest(scratch.distances, scratch.starts, scratch.start_squares)
+            distances[i] = np.inf
+    if count >= starts.size:
+        smallest(distances, starts, squares)
 
 
 @njit
 def project_state(
     surface: Surface, field: Field, trust: Trust, state: Array, scratch: Scratch, work: Array, out: Array
 ) -> bool:
-    """The closest trusted point of the surface into `out`; whether one was met.
+    """The closest trusted point of the surface into `out` (1, D); whether one was met.
 
     A state near the surface is projected from itself, outside the demonstrations too. One far off could meet the
     surface anywhere, also where nothing was demonstrated: it is projected from its nearest sure anchors, within
     what is trusted, and no farther than to the foot of the nearest of them.
     """
-    point, best = work[3], work[4]
-    displacement(surface, field, state, scratch, work[0])
-    off = norm(work[0])
-    out[:] = state
+    copy(state, out[0])
+    evaluate(surface, field, out, scratch)
+    off = norm(scratch.normals[0])
     if off < TOLERANCE:
         return True
-    near = off < CLOSE * surface.radii[scratch.nearest[0]] and scratch.doubt[0] < GHOST * trust.doubt
-    if near and descend(surface, field, trust, False, state, out, TOLERANCE, STEPS, scratch, work):
+    near = off < CLOSE * surface.radii[scratch.nearest[0, 0]] and scratch.doubts[0] < trust.ghost
+    if near and descend(surface, field, np.inf, np.inf, trust.cap, state, out, TOLERANCE, STEPS, scratch, work):
         return True
-    find_starts(surface, trust, state, scratch)
-    anchor_into(surface, scratch.starts[0], out)
-    met = step_back(surface, field, out, TOLERANCE, scratch, work[0])
+    starts = scratch.starts
+    find_starts(surface.points, trust.spacing, trust.sure, state, scratch.distances, starts, scratch.start_squares)
+    copy(surface.rows[starts[0]], out[0])
+    met = step_back(surface, field, out, TOLERANCE, scratch)
     if not met:
-        anchor_into(surface, scratch.starts[0], out)
+        copy(surface.rows[starts[0]], out[0])
+    point, best, far, doubt = work[2:3], work[3:4], trust.spacing, trust.doubt
     shortest = np.inf
-    for s in range(scratch.starts.size):
-        anchor_into(surface, scratch.starts[s], point)
-        if descend(surface, field, trust, True, state, point, ROUGH, ROUGH_STEPS, scratch, work):
-            distance = gap(state, point)
+    for s in range(starts.size):
+        copy(surface.rows[starts[s]], point[0])
+        if descend(surface, field, far, doubt, trust.cap, state, point, ROUGH, ROUGH_STEPS, scratch, work):
+            distance = gap(state, point[0])
             if distance < shortest:
                 shortest = distance
-                best[:] = point
+                copy(point[0], best[0])
     if shortest < np.inf:
-        settled = descend(surface, field, trust, True, state, best, TOLERANCE, STEPS, scratch, work)
-        if settled and (not met or gap(state, best) < gap(state, out)):
-            out[:] = best
+        settled = descend(surface, field, far, doubt, trust.cap, state, best, TOLERANCE, STEPS, scratch, work)
+        if settled and (not met or gap(state, best[0]) < gap(state, out[0])):
+            copy(best[0], out[0])
             met = True
     return met
-
-
-@njit
-def anchor_into(surface: Surface, i: int, out: Array) -> None:
-    """Copy anchor i."""
-    for c in range(out.size):
-        out[c] = surface.points[c, i]
 
 
 @njit
@@ -173,11 +169,11 @@ def gap(a: Array, b: Array) -> float:
 def project_states(surface: Surface, field: Field, trust: Trust, states: Array) -> tuple:
     """`project_state` for a batch (B, D); returns points (B, D) and whether each met the surface (B,)."""
     B, D = states.shape
-    scratch = make_scratch(surface, field)
-    work = np.empty((5, D))
+    scratch = make_scratch(surface, field, 1)
+    work = np.empty((4, D))
     points, met = np.empty((B, D)), np.empty(B, np.bool_)
     for i in range(B):
-        met[i] = project_state(surface, field, trust, states[i], scratch, work, points[i])
+        met[i] = project_state(surface, field, trust, states[i], scratch, work, points[i : i + 1])
     return points, met
 
 
@@ -185,11 +181,12 @@ def project_states(surface: Surface, field: Field, trust: Trust, states: Array) 
 def project_near(surface: Surface, field: Field, trust: Trust, states: Array, near: Array) -> tuple:
     """Closest points to states (B, D) found by descent from near (B, D) alone; points and whether met (B,)."""
     B, D = states.shape
-    scratch = make_scratch(surface, field)
-    work = np.empty((5, D))
+    scratch = make_scratch(surface, field, 1)
+    work = np.empty((4, D))
     points, met = near.copy(), np.empty(B, np.bool_)
     for i in range(B):
-        met[i] = descend(surface, field, trust, False, states[i], points[i], TOLERANCE, STEPS, scratch, work)
+        here = points[i : i + 1]
+        met[i] = descend(surface, field, np.inf, np.inf, trust.cap, states[i], here, TOLERANCE, STEPS, scratch, work)
     return points, met
 
 
@@ -198,15 +195,15 @@ def follow_leaf(field: Field, states: Array, near: Array, rate: float, steps: in
     """The printed update q' ← q' + α H'H''(q − q') for a batch (B, D), from near (B, D)."""
     B, D = states.shape
     d = field.weights.shape[0]
-    basis, features = np.empty((d, D)), np.empty(field.centres.shape[1])
+    bases, features = np.empty((1, d, D)), np.empty(field.centres.shape[1])
     along, work = np.empty(D), np.empty(d)
     points = near.copy()
     for i in range(B):
         for _ in range(steps):
-            tangent_basis(field, points[i], features, basis)
+            tangent_bases(field.centres, field.precision, field.weights, points[i : i + 1], features, bases)
             for c in range(D):
                 along[c] = states[i, c] - points[i, c]
-            keep_along(basis, along, work)
+            keep_along(bases[0], along, work)
             if norm(along) < TOLERANCE:
                 break
             for c in range(D):
@@ -215,25 +212,20 @@ def follow_leaf(field: Field, states: Array, near: Array, rate: float, steps: in
 
 
 @njit
-def tangent_bases(field: Field, states: Array) -> Array:
+def field_bases(field: Field, states: Array) -> Array:
     """Orthonormal rows of H at states (B, D): (B, d, D)."""
-    B, D = states.shape
-    bases = np.empty((B, field.weights.shape[0], D))
+    bases = np.empty((len(states), field.weights.shape[0], states.shape[1]))
     features = np.empty(field.centres.shape[1])
-    for i in range(B):
-        tangent_basis(field, states[i], features, bases[i])
+    tangent_bases(field.centres, field.precision, field.weights, states, features, bases)
     return bases
 
 
 @njit
 def displacements(surface: Surface, field: Field, states: Array) -> tuple:
-    """Displacements from the surface to states (B, D), and distances to the nearest anchor (B,)."""
-    B, D = states.shape
-    scratch = make_scratch(surface, field)
-    normals, nearest = np.empty((B, D)), np.empty(B)
-    for i in range(B):
-        nearest[i] = np.sqrt(displacement(surface, field, states[i], scratch, normals[i]))
-    return normals, nearest
+    """Displacements from the surface to states (B, D), distances to the nearest anchor, and doubts; both (B,)."""
+    scratch = make_scratch(surface, field, len(states))
+    evaluate(surface, field, states, scratch)
+    return scratch.normals, np.sqrt(scratch.squares[:, 0]), scratch.doubts
 
 
 @njit
@@ -241,44 +233,26 @@ def judge(surface: Surface, field: Field, trust: Trust, states: Array, enough: f
     """Distances of states (B, D) from the modelled surface, and from the nearest anchor; both (B,).
 
     A state nearer than `enough` is not projected: there its displacement, which bounds the distance up to a
-    square, tells all that was asked, provided that the anchors agree about it.
+    square, tells all that was asked, provided that the anchors agree about it. What they disagree by counts as
+    distance, once it is too much to be overlooked.
     """
-    scratch = make_scratch(surface, field)
-    work, point = np.empty((5, states.shape[1])), np.empty(states.shape[1])
-    off, nearest = np.empty(len(states)), np.empty(len(states))
+    normals, nearest, doubts = displacements(surface, field, states)
+    scratch = make_scratch(surface, field, 1)
+    work, point = np.empty((4, states.shape[1])), np.empty((1, states.shape[1]))
+    off = np.empty(len(states))
     for i in range(len(states)):
-        nearest[i] = np.sqrt(displacement(surface, field, states[i], scratch, work[0]))
-        off[i] = norm(work[0])
-        if off[i] > enough or scratch.doubt[0] > GHOST * trust.doubt:
+        off[i] = norm(normals[i])
+        if doubts[i] > trust.ghost:
+            off[i] = np.hypot(off[i], doubts[i])
+        if off[i] > enough:
             project_state(surface, field, trust, states[i], scratch, work, point)
-            for c in range(point.size):
-                point[c] -= states[i, c]
-            off[i] = norm(point)
+            off[i] = np.sqrt(gap(point[0], states[i]))
     return off, nearest
 
 
 @njit
-def nearest_distances(surface: Surface, states: Array) -> Array:
-    """Distances of states (B, D) from their nearest anchor."""
-    D, M = surface.points.shape
-    result = np.empty(states.shape[0])
-    squares = np.empty(M)
-    for i in range(states.shape[0]):
-        squares[:] = 0.0
-        for c in range(D):
-            for j in range(M):
-                squares[j] += (states[i, c] - surface.points[c, j]) ** 2
-        result[i] = np.sqrt(squares.min())
-    return result
-
-
-@njit
-def doubts(surface: Surface, field: Field, states: Array) -> Array:
-    """How far the anchors blended at states (B, D) disagree about the surface; (B,)."""
-    B, D = states.shape
-    scratch = make_scratch(surface, field)
-    normal, result = np.empty(D), np.empty(B)
-    for i in range(B):
-        displacement(surface, field, states[i], scratch, normal)
-        result[i] = scratch.doubt[0]
-    return result
+def nearest_distances(surface: Surface, field: Field, states: Array) -> Array:
+    """Distances of states (B, D) from their nearest anchor; (B,)."""
+    scratch = make_scratch(surface, field, len(states))
+    find_nearest(surface, states, scratch)
+    return np.sqrt(scratch.squares[:, 0])

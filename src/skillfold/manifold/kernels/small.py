@@ -11,12 +11,16 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @njit
+def copy(source: Array, out: Array) -> None:
+    """Copy a vector; for an assignment of arrays Numba compiles a second's worth of error messages."""
+    for c in range(source.size):
+        out[c] = source[c]
+
+
+@njit
 def norm(vector: Array) -> float:
     """Euclidean length."""
-    s = 0.0
-    for c in range(vector.size):
-        s += vector[c] ** 2
-    return math.sqrt(s)
+    return math.sqrt(square(vector))
 
 
 @njit
@@ -27,15 +31,6 @@ def components(basis: Array, vector: Array, out: Array) -> None:
         for c in range(vector.size):
             s += basis[a, c] * vector[c]
         out[a] = s
-
-
-@njit
-def remove_along(basis: Array, vector: Array, work: Array) -> None:
-    """Vector ← vector less its part in the span of the orthonormal rows of `basis`."""
-    components(basis, vector, work)
-    for a in range(basis.shape[0]):
-        for c in range(vector.size):
-            vector[c] -= work[a] * basis[a, c]
 
 
 @njit
@@ -50,38 +45,54 @@ def keep_along(basis: Array, vector: Array, work: Array) -> None:
 
 @njit
 def orthonormalise(basis: Array) -> bool:
-    """Gram-Schmidt on the rows, twice for accuracy; a row that vanishes becomes the next free axis."""
+    """Gram-Schmidt on the rows; one that vanishes becomes the next free axis, and the answer False."""
     d, D = basis.shape
     full_rank = True
     axis = 0
     for a in range(d):
-        before = 0.0
-        for c in range(D):
-            before += basis[a, c] ** 2
-        after = before
-        attempt = 0
-        while True:
-            for _ in range(2):
-                for b in range(a):
-                    s = 0.0
-                    for c in range(D):
-                        s += basis[a, c] * basis[b, c]
-                    for c in range(D):
-                        basis[a, c] -= s * basis[b, c]
-            after = 0.0
-            for c in range(D):
-                after += basis[a, c] ** 2
-            if after > 1e-20 * before and after > 1e-300:
-                break
+        before = square(basis[a])
+        after = clear(basis, a, before)
+        while axis < D and not (after > 1e-20 * before and after > 1e-300):
             full_rank = False
-            basis[a, :] = 0.0
-            basis[a, (axis + attempt) % D] = 1.0
-            attempt += 1
-            before = 1.0 if attempt < D else 0.0
+            basis[a] = 0.0
+            basis[a, axis] = 1.0
+            axis += 1
+            before = 1.0
+            after = clear(basis, a, before)
         scale = 1.0 / math.sqrt(after)
         for c in range(D):
             basis[a, c] *= scale
     return full_rank
+
+
+@njit
+def square(vector: Array) -> float:
+    """Squared Euclidean length."""
+    s = 0.0
+    for c in range(vector.size):
+        s += vector[c] ** 2
+    return s
+
+
+@njit
+def clear(basis: Array, a: int, before: float) -> float:
+    """Take off row a what lies along the rows before it; the squared length it is left with.
+
+    Where little is left, rounding has spoilt it: then once more, and twice is enough.
+    """
+    after = before
+    for _ in range(2):
+        last = after
+        for b in range(a):
+            s = 0.0
+            for c in range(basis.shape[1]):
+                s += basis[a, c] * basis[b, c]
+            for c in range(basis.shape[1]):
+                basis[a, c] -= s * basis[b, c]
+        after = square(basis[a])
+        if after > 0.25 * last:
+            break
+    return after
 
 
 @njit

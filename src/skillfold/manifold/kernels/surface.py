@@ -1,6 +1,8 @@
-"""The modelled surface and the tangent field at one state: what every loop of this family is made of.
+"""The modelled surface and the tangent field at states: what every loop of this family is made of.
 
-Scratch memory is made once by whoever loops; nothing is allocated here.
+`evaluate` takes a batch, in stages that loop over it: to hand a model's many arrays to a function counts references
+to each of them, which takes longer than the work at one state. Scratch memory is made once by whoever loops;
+nothing is allocated here.
 """
 
 import math
@@ -9,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skillfold.jit import njit
-from skillfold.manifold.kernels.small import orthonormalise, remove_along
+from skillfold.manifold.kernels.neighbours import nearest_anchors
+from skillfold.manifold.kernels.tangents import remove_tangential, tangent_bases
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -25,15 +28,22 @@ class Surface(NamedTuple):
 
     Attributes:
         points: (D, M) anchors, one row a coordinate, so that distance loops run over anchors.
-        frames: (M, D, D) orthonormal rows; the first d span the tangent space at the anchor.
-        coefficients: (M, D - d, P) of the polynomial in u / radius.
+        rows: (M, D) the same, one row an anchor.
+        tangents: (M, d, D) orthonormal rows that span the tangent space at the anchor, divided by its radius.
+        bends: (M, D, P) coefficients that take the monomials of u / radius to u and v(u) together, as an offset from
+            the anchor; filled up with zeros to a length that loops over them like.
+        neighbours: (M, L) each anchor's nearest anchors, itself first; L = 0 where asking all is as fast.
+        reaches: (M,) distance of the last of them; infinite where all anchors are listed.
         radii: (M,) of the neighbourhoods the polynomials were fitted to.
         parents, factors, degrees: (P,) layout of the monomials.
     """
 
     points: Array
-    frames: Array
-    coefficients: Array
+    rows: Array
+    tangents: Array
+    bends: Array
+    neighbours: Indices
+    reaches: Array
     radii: Array
     parents: Indices
     factors: Indices
@@ -60,174 +70,185 @@ class Trust(NamedTuple):
     Attributes:
         spacing: usual distance of a sample from the nearest anchor; farther out nothing was demonstrated.
         doubt: disagreement between anchors that is usual at the anchors themselves.
+        ghost: disagreement at which a small displacement means nothing.
         cap: longest single step of a projection.
         sure: (M,) anchors at which the doubt is no larger.
     """
 
     spacing: float
     doubt: float
+    ghost: float
     cap: float
     sure: Flags
 
 
 class Scratch(NamedTuple):
-    """Memory that one evaluation of the surface works in.
+    """What `evaluate` finds at n states, and memory that it works in.
 
-    After `displacement`, `basis` holds H's tangents there, `doubt[0]` how far the blended anchors disagree.
+    Attributes:
+        nearest, squares: (n, m + 1) nearest anchors of each state, sorted, and their squared distances; m blended.
+        normals: (n, D) displacements from the surface.
+        bases: (n, d, D) orthonormal rows, H's tangents.
+        doubts: (n,) how far the blended anchors disagree.
+        distances: (M,), squared, from the last state whose anchors were looked for among all.
+        starts, start_squares: (s,) anchors from which a far state is projected.
     """
 
-    distances: Array
     nearest: Indices
+    squares: Array
+    normals: Array
+    bases: Array
+    doubts: Array
+    distances: Array
     starts: Indices
     start_squares: Array
-    squares: Array
+    weights: Array
     offset: Array
     along: Array
     values: Array
-    basis: Array
+    monomials: Array
     features: Array
-    doubt: Array
 
 
 @njit
-def make_scratch(surface: Surface, field: Field) -> Scratch:
-    """Room for one evaluation of `surface` and `field`."""
+def make_scratch(surface: Surface, field: Field, n: int) -> Scratch:
+    """Room for evaluations at n states."""
     D, M = surface.points.shape
     d = field.weights.shape[0]
-    m = min(BLENDED, M - 1) + 1
+    m = min(BLENDED, M - 1)
     return Scratch(
+        np.zeros((n, m + 1), np.int64),
+        np.empty((n, m + 1)),
+        np.zeros((n, D)),
+        np.zeros((n, d, D)),
+        np.zeros(n),
         np.empty(M),
-        np.zeros(m, np.int64),
         np.zeros(min(STARTS, M), np.int64),
         np.empty(min(STARTS, M)),
-        np.empty(m),
+        np.empty((n, m)),
         np.empty(D),
         np.empty(d),
         np.empty(surface.parents.size),
-        np.empty((d, D)),
+        np.zeros(surface.bends.shape[2]),
         np.empty(field.centres.shape[1]),
-        np.zeros(1),
     )
 
 
 @njit
-def tangent_basis(field: Field, x: Array, features: Array, basis: Array) -> bool:
-    """Orthonormal rows (d, D) of H at x into `basis`; False where H lost rank and an axis was put in."""
-    D, K = field.centres.shape
-    d = field.weights.shape[0]
-    features[:] = 0.0
-    for c in range(D):
-        for k in range(K):
-            features[k] += (x[c] - field.centres[c, k]) ** 2
-    low = features[0]
-    for k in range(1, K):
-        low = min(low, features[k])
-    total = 0.0
-    for k in range(K):
-        features[k] = math.exp(-(features[k] - low) * field.precision)
-        total += features[k]
-    for a in range(d):
-        for c in range(D):
-            s = 0.0
-            for k in range(K):
-                s += features[k] * field.weights[a, c, k]
-            basis[a, c] = s / total
-    return orthonormalise(basis)
+def evaluate(surface: Surface, field: Field, states: Array, scratch: Scratch) -> None:
+    """Displacements from the modelled surface to states (n, D), and H's tangents there, into scratch.
 
-
-@njit
-def find_nearest(points: Array, x: Array, scratch: Scratch) -> None:
-    """The nearest anchors of x, sorted, into scratch.nearest and their squared distances into scratch.squares."""
-    D, M = points.shape
-    distances = scratch.distances
-    distances[:] = 0.0
-    for c in range(D):
-        for i in range(M):
-            distances[i] += (x[c] - points[c, i]) ** 2
-    smallest(distances, scratch.nearest, scratch.squares)
-
-
-@njit
-def smallest(values: Array, indices: Indices, found: Array) -> None:
-    """The smallest values, sorted, into `found`, and where they stand into `indices`."""
-    m = indices.size
-    found[:] = np.inf
-    worst = np.inf
-    for i in range(values.size):
-        if values[i] < worst:
-            j = m - 1
-            while j > 0 and found[j - 1] > values[i]:
-                found[j] = found[j - 1]
-                indices[j] = indices[j - 1]
-                j -= 1
-            found[j] = values[i]
-            indices[j] = i
-            worst = found[m - 1]
-
-
-@njit
-def add_displacement(surface: Surface, i: int, x: Array, weight: float, scratch: Scratch, total: Array) -> float:
-    """Add weight × the displacement from anchor i's surface to x, along that anchor's normals, to `total`."""
-    D = x.size
-    P = surface.parents.size
-    d = D - surface.coefficients.shape[1]
-    offset, along, values = scratch.offset, scratch.along, scratch.values
-    for c in range(D):
-        offset[c] = x[c] - surface.points[c, i]
-    square = 0.0
-    for a in range(d):
-        s = 0.0
-        for c in range(D):
-            s += surface.frames[i, a, c] * offset[c]
-        along[a] = s / surface.radii[i]
-        square += along[a] ** 2
-    beyond = max(1.0, math.sqrt(square) / REACH)
-    values[0] = 1.0
-    for j in range(1, P):
-        values[j] = values[surface.parents[j]] * along[surface.factors[j]] / beyond
-    if beyond > 1.0:
-        # By homogeneity a monomial of degree g goes on along the ray with slope g: no blow-up far out.
-        for j in range(1, P):
-            values[j] *= 1.0 + surface.degrees[j] * (beyond - 1.0)
-    length = 0.0
-    for n in range(D - d):
-        s = 0.0
-        for c in range(D):
-            s += surface.frames[i, d + n, c] * offset[c]
-        for j in range(P):
-            s -= values[j] * surface.coefficients[i, n, j]
-        length += s**2
-        s *= weight
-        for c in range(D):
-            total[c] += s * surface.frames[i, d + n, c]
-    return length
-
-
-@njit
-def displacement(surface: Surface, field: Field, x: Array, scratch: Scratch, normal: Array) -> float:
-    """Displacement `normal` from the modelled surface to x; H's tangents at x stay in scratch.basis.
-
-    The nearest anchors' surfaces are blended with Wendland weights in d² - d²_min, which stay local far from the
-    data. The anchors' normals differ a little: what of the blend lies along H's tangents is taken off, else an
-    iteration on it would creep along the surface. Returns the squared distance to the nearest anchor.
+    The nearest anchors' surfaces are blended. Their normals differ a little: what of the blend lies along H's
+    tangents is taken off, else an iteration on it would creep along the surface.
     """
-    find_nearest(surface.points, x, scratch)
-    squares = scratch.squares
-    m = squares.size - 1
-    width = squares[m] - squares[0]
-    normal[:] = 0.0
-    total, mean_square = 0.0, 0.0
-    for j in range(m):
-        r = math.sqrt((squares[j] - squares[0]) / width) if width > 0.0 else 0.0
-        weight = (1.0 - r) ** 4 * (4.0 * r + 1.0)
-        if weight > 0.0:
-            total += weight
-            mean_square += weight * add_displacement(surface, scratch.nearest[j], x, weight, scratch, normal)
-    square = 0.0
-    for c in range(x.size):
-        normal[c] /= total
-        square += normal[c] ** 2
-    scratch.doubt[0] = math.sqrt(max(mean_square / total - square, 0.0))
-    tangent_basis(field, x, scratch.features, scratch.basis)
-    remove_along(scratch.basis, normal, scratch.along)
-    return squares[0]
+    s = scratch
+    find_nearest(surface, states, s)
+    blend(s.squares, s.weights)
+    displace(
+        surface.rows,
+        surface.tangents,
+        surface.bends,
+        surface.parents,
+        surface.factors,
+        surface.degrees,
+        states,
+        s.nearest,
+        s.weights,
+        s.offset,
+        s.along,
+        s.values,
+        s.monomials,
+        s.normals,
+        s.doubts,
+    )
+    tangent_bases(field.centres, field.precision, field.weights, states, s.features, s.bases)
+    remove_tangential(s.bases, s.normals, s.along)
+
+
+@njit
+def find_nearest(surface: Surface, states: Array, scratch: Scratch) -> None:
+    """The nearest anchors of states (n, D), sorted, into scratch.nearest and their squares into scratch.squares."""
+    nearest_anchors(
+        surface.points,
+        surface.rows,
+        surface.neighbours,
+        surface.reaches,
+        states,
+        scratch.distances,
+        scratch.nearest,
+        scratch.squares,
+    )
+
+
+@njit
+def blend(squares: Array, weights: Array) -> None:
+    """Weights (n, m) of the nearest anchors: Wendland's in d² - d²_min, local far from the data too; sum 1."""
+    n, m = weights.shape
+    for i in range(n):
+        width = squares[i, m] - squares[i, 0]
+        total = 0.0
+        for j in range(m):
+            r = math.sqrt((squares[i, j] - squares[i, 0]) / width) if width > 0.0 else 0.0
+            weights[i, j] = (1.0 - r) ** 4 * (4.0 * r + 1.0)
+            total += weights[i, j]
+        for j in range(m):
+            weights[i, j] /= total
+
+
+@njit
+def displace(
+    rows: Array,
+    tangents: Array,
+    bends: Array,
+    parents: Indices,
+    factors: Indices,
+    degrees: Indices,
+    states: Array,
+    nearest: Indices,
+    weights: Array,
+    offset: Array,
+    along: Array,
+    values: Array,
+    monomials: Array,
+    normals: Array,
+    doubts: Array,
+) -> None:
+    """Blend of the displacements from each anchor's own surface, into normals (n, D), and its spread into doubts."""
+    n, D = states.shape
+    d, P = along.size, values.size
+    for i in range(n):
+        normals[i] = 0.0
+        mean_square, square = 0.0, 0.0
+        for j in range(weights.shape[1]):
+            anchor, weight = nearest[i, j], weights[i, j]
+            for c in range(D):
+                offset[c] = states[i, c] - rows[anchor, c]
+            reach = 0.0
+            for a in range(d):
+                s = 0.0
+                for c in range(D):
+                    s += tangents[anchor, a, c] * offset[c]
+                along[a] = s
+                reach += s * s
+            beyond = 1.0
+            if reach > REACH**2:
+                beyond = math.sqrt(reach) / REACH
+                for a in range(d):
+                    along[a] /= beyond
+            monomials[0] = 1.0
+            for p in range(1, P):
+                monomials[p] = monomials[parents[p]] * along[factors[p]]
+            if beyond > 1.0:
+                # By homogeneity a monomial of degree g goes on along the ray with slope g: no blow-up far out.
+                for p in range(1, P):
+                    monomials[p] *= 1.0 + degrees[p] * (beyond - 1.0)
+            for c in range(D):
+                s = 0.0
+                for p in range(monomials.size):
+                    s += bends[anchor, c, p] * monomials[p]
+                away = offset[c] - s
+                mean_square += weight * away**2
+                normals[i, c] += weight * away
+        for c in range(D):
+            square += normals[i, c] ** 2
+        doubts[i] = math.sqrt(max(mean_square - square, 0.0))

@@ -1,0 +1,69 @@
+"""Anderson's acceleration of an iteration on paths (n, D), and steps along them."""
+
+from typing import Any
+
+import numpy as np
+
+from skillfold.jit import njit
+from skillfold.manifold.kernels.small import copy, norm, solve_in_place
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+ALIKE = 1e-10  # relative, on the diagonal of the equations: two steps may point the same way
+
+
+@njit
+def mix(path_changes: Array, step_changes: Array, steps: Array) -> None:
+    """Anderson's acceleration: steps ← steps − (ΔQ + ΔF) γ, where γ minimises ‖steps − ΔF γ‖.
+
+    ΔQ, ΔF (m, n, D) tell how the path and its steps changed in the last m iterations: where each iteration
+    leaves a share of the error, a few of them tell where all would end.
+    """
+    m = len(step_changes)
+    gram, right = np.empty((m, m)), np.empty((m, 1))
+    for a in range(m):
+        for b in range(m):
+            gram[a, b] = dot(step_changes[a], step_changes[b])
+        gram[a, a] *= 1.0 + ALIKE
+        right[a, 0] = dot(step_changes[a], steps)
+    solve_in_place(gram, right)
+    for a in range(m):
+        for i in range(len(steps)):
+            for c in range(steps.shape[1]):
+                steps[i, c] -= right[a, 0] * (path_changes[a, i, c] + step_changes[a, i, c])
+
+
+@njit
+def dot(a: Array, b: Array) -> float:
+    """Sum of the products of two arrays of one shape (n, D)."""
+    s = 0.0
+    for i in range(len(a)):
+        for c in range(a.shape[1]):
+            s += a[i, c] * b[i, c]
+    return s
+
+
+@njit
+def copy_rows(source: Array, out: Array) -> None:
+    """Copy an array (n, D)."""
+    for i in range(len(source)):
+        copy(source[i], out[i])
+
+
+@njit
+def take(path: Array, steps: Array, cap: float) -> None:
+    """Take the steps (n, D), none longer than `cap`; they are left as taken."""
+    for i in range(len(path)):
+        shrink = min(1.0, cap / max(norm(steps[i]), 1e-300))
+        for c in range(path.shape[1]):
+            steps[i, c] *= shrink
+            path[i, c] += steps[i, c]
+
+
+@njit
+def longest(steps: Array) -> float:
+    """The largest length of a row."""
+    size = 0.0
+    for i in range(len(steps)):
+        size = max(size, norm(steps[i]))
+    return size
