@@ -80,8 +80,8 @@ def test_geodesics_end_exactly_and_stay_on_the_manifold(skills, kind, seed):
         assert (plan.route, plan.start_moved, plan.goal_moved) == ("geodesic", 0.0, 0.0)
         if plan.converged and plan.success:
             steps = np.linalg.norm(np.diff(states, axis=0), axis=1)
-            assert plan.residual < 1e-5 * skill.model.scale
             if kind in SURFACES:
+                assert plan.residual < 1e-5 * skill.model.scale
                 assert steps.max() < 1.5 * steps.min()  # of a shortest path they are even
 
 

@@ -27,7 +27,8 @@ class Geodesic:
         states: (n, D - f).
         iterations: of the relaxation.
         converged: whether its last step was below the tolerance.
-        first: "grown" (Algorithm 1) or "graph" (over the anchors, where growing did not meet or did not settle).
+        first: "grown" (Algorithm 1), "graph" (over the anchors, where growing did not meet or did not settle) or
+            "recordings" (beside those that spread about it).
     """
 
     states: Array

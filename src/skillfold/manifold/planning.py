@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from skillfold.check import Check, check_path
 from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic
+from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
 from skillfold.manifold.projection import OnManifold, project_anchored
 from skillfold.manifold.route import Route
@@ -30,18 +31,33 @@ class Query:
     points: int
 
 
-def plan_geodesic(model: Model, space: StateSpace, names: tuple[str, ...], query: Query, leaf: bool) -> Plan:
+def plan_geodesic(
+    model: Model, route: Route | None, space: StateSpace, names: tuple[str, ...], query: Query, leaf: bool
+) -> Plan:
     """The shortest path on the manifold through the query's states, which are projected first where they are off."""
+    if route is not None and is_led(model, route) and not leaf:
+        return _plan_led(model, route, space, names, query)
     asked, moved, supported = _onto(model, query.states)
     counts = _shares(model, asked, query.points)
     legs = [_leg(model, a, b, count, leaf) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
-    states = np.vstack([legs[0][0], *(states[1:] for states, _ in legs[1:])]) if legs[1:] else legs[0][0]
-    states = _exact_ends(states if space.is_flat else space.normalize(states), asked, counts)
+    states = _joined(space, [states for states, _ in legs], asked, counts)
     tolerance = _usual(model) * (1.0 + 1e-9)  # ends that were left where they are keep this too
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
     parts = [part for _, part in legs]
     story = _story_geodesic(moved, supported, parts)
     return _plan(states, names, check, story, parts, moved, "geodesic")
+
+
+def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
+    """The same where recordings spread: ends on the manifold keep their offset, and the path returns as they do."""
+    asked, moved, supported = _onto(model, query.states)
+    counts = _shares(model, asked, query.points)
+    legs = [led_path(route, a, b, count) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
+    states = _joined(space, [leg.states for leg in legs], asked, counts)
+    tolerance = _usual(model) + DOUBTED * max(leg.spread for leg in legs)
+    check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
+    parts = [Geodesic(leg.states, leg.iterations, leg.converged, "recordings") for leg in legs]
+    return _plan(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
 
 
 def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], route: Route, query: Query) -> Plan:
@@ -99,7 +115,10 @@ def _leg(model: Model, start: Array, goal: Array, count: int, leaf: bool) -> tup
     return model.path(start, goal, found.states), found
 
 
-def _exact_ends(states: Array, asked: Array, counts: list[int]) -> Array:
+def _joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]) -> Array:
+    """Legs in a row, through the asked states to the bit."""
+    states = np.vstack([legs[0], *(leg[1:] for leg in legs[1:])]) if legs[1:] else legs[0]
+    states = states if space.is_flat else space.normalize(states)
     states[list(accumulate((n - 1 for n in counts), initial=0))] = asked
     return states
 
@@ -132,6 +151,8 @@ def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
         parts.append("an end lies far from the demonstrations")
     if any(leg.first == "graph" for leg in legs):
         parts.append("first path found over the anchors")
+    if any(leg.first == "recordings" for leg in legs):
+        parts.append("led by the recordings, which spread")
     if not all(leg.converged for leg in legs):
         parts.append("the solver stopped at its iteration limit")
     return "Shortest path on the manifold" + "".join(f"; {part}" for part in parts) + "."

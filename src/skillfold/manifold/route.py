@@ -109,6 +109,11 @@ class Route:
         first, last = (1.0 - place.phases if place.reversed else place.phases).tolist()
         return RouteAnswer(states, spread * self.scale, first, last, place.reversed, place.supported)
 
+    def stretches(self, ends: Array) -> Array:
+        """The demonstrations between ends (2, D), at equal shares of the stretch; as `curves`, and in its units."""
+        place = locate(self.curves, self.squared_spread, ends)
+        return self._cut(place, np.linspace(0.0, 1.0, self.curves.shape[1]))
+
     def _given(self, start: Array, goal: Array, via: Array | None, points: int) -> Array:
         """Start, via points and goal, checked: (m, D)."""
         n_dims = self.centre.size

@@ -224,7 +224,8 @@ class SkillManifold:
             points: states of the path; left out, 50 for a geodesic and 101 for a demonstrated route.
             via: (m, D) states to pass through, in order; none are as good as None.
             route: "demonstrated", the way the demonstrations take between such ends (default where the skill was
-                learnt from recordings); "geodesic", the paper's shortest path (section IV-A2; default otherwise).
+                learnt from recordings); "geodesic", the paper's shortest path (section IV-A2; default otherwise),
+                which keeps to the recordings' order where they spread about a curve.
             method: of a geodesic: "anchored", tied to the data; "leaf", the paper's err_M alone.
 
         Raises:
@@ -238,7 +239,7 @@ class SkillManifold:
         states = self._rows(read_query(start, goal, via, self.names))
         query = Query(states, whole("points", count, 1 + len(states), MANY))
         if route == "geodesic":
-            return plan_geodesic(self.model, self.space, self.names, query, method == "leaf")
+            return plan_geodesic(self.model, self.route, self.space, self.names, query, method == "leaf")
         if self.route is None:
             raise InputError("route='demonstrated' needs a skill learnt from two or more whole recordings.")
         return plan_demonstrated(self.model, self.space, self.names, self.route, query)
