@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from manifold import clouds
-from skillfold.manifold import selection
+from skillfold.manifold import selection, shapes
 from skillfold.manifold.anchors import fit_surfaces, held_out_residuals, nearest_others
 from skillfold.manifold.graph import align_frames, build_graph
-from skillfold.manifold.selection import LARGEST, Shape, candidate_shapes, choose_field, choose_shape
+from skillfold.manifold.selection import choose_field
+from skillfold.manifold.shapes import LARGEST, Shape, candidate_shapes, choose_shape
 from skillfold.manifold.table import Selection, Trial
 
 
@@ -19,14 +20,14 @@ def silent(stage, share):
 
 @pytest.mark.parametrize(("n", "d"), [(50, 1), (200, 2), (1000, 3), (5, 1), (2000, 6)])
 def test_candidates_have_enough_neighbours_for_their_terms(n, d):
-    shapes = candidate_shapes(n, d, LARGEST)
-    assert shapes
-    assert len(set(shapes)) == len(shapes)
-    for degree, neighbours in shapes:
+    found = candidate_shapes(n, d, LARGEST)
+    assert found
+    assert len(set(found)) == len(found)
+    for degree, neighbours in found:
         terms = math.comb(d + degree, degree)
         assert 1 <= neighbours <= min(n, LARGEST)
-        assert neighbours > terms or shapes == [Shape(1, n)]
-        assert degree <= 2 or terms <= selection.MOST_TERMS
+        assert neighbours > terms or found == [Shape(1, n)]
+        assert degree <= 2 or terms <= shapes.MOST_TERMS
 
 
 def test_where_hardly_any_samples_are_left_a_plane_through_all_is_tried():
@@ -53,8 +54,8 @@ def test_scores_are_winsorised_held_out_residuals():
     for trial in trials:
         degree, neighbours = (int(word) for word in trial.setting.replace(",", "").split() if word.isdigit())
         others = nearest_others(x, everything, neighbours, None)
-        squares = held_out_residuals(x, everything, others, 2, degree) ** 2
-        expected = np.sqrt(np.minimum(squares, np.quantile(squares, selection.WINSOR)).mean())
+        squares = held_out_residuals(x, everything, others, 2, [degree])[0] ** 2
+        expected = np.sqrt(np.minimum(squares, np.quantile(squares, shapes.WINSOR)).mean())
         assert trial.score == pytest.approx(expected, rel=1e-9)
 
 
@@ -98,17 +99,17 @@ def prepared():
 
 
 def test_what_is_given_is_not_chosen(prepared):
-    features, ridge, trials = choose_field(*prepared, None, 7, 1e-3, 0, 1, silent)
-    assert (len(features.centres), ridge, trials) == (7, 1e-3, [])
+    features, trials = choose_field(*prepared, None, 7, 1e-3, 0, 1, silent)
+    assert (len(features.centres), trials) == (7, [])
 
 
 def test_the_field_taken_leaves_least_of_held_out_steps(prepared):
     stages = []
-    features, ridge, trials = choose_field(*prepared, None, None, 1e-5, 0, 1, lambda *stage: stages.append(stage))
-    assert [t.setting for t in trials] == [f"{k} kernels, ridge 1e-05" for k in (5, 10, 20, 40)]
+    features, trials = choose_field(*prepared, None, None, 1e-5, 0, 1, lambda *stage: stages.append(stage))
+    assert [t.setting for t in trials] == [f"{k} kernels" for k in (5, 10, 20, 40)]
     best = min(trials, key=lambda t: t.score)
     assert [t for t in trials if t.chosen] == [best]
-    assert best.setting == f"{len(features.centres)} kernels, ridge {ridge:g}"
+    assert best.setting == f"{len(features.centres)} kernels"
     shares = [share for _, share in stages]
     assert shares == sorted(shares)
     assert shares[0] == 0.0
@@ -116,9 +117,9 @@ def test_the_field_taken_leaves_least_of_held_out_steps(prepared):
 
 
 def test_workers_change_nothing(prepared):
-    one = choose_field(*prepared, None, 10, None, 0, 1, silent)
-    two = choose_field(*prepared, None, 10, None, 0, 2, silent)
-    assert one[2] == two[2]
+    one = choose_field(*prepared, None, None, 1e-5, 0, 1, silent)
+    two = choose_field(*prepared, None, None, 1e-5, 0, 2, silent)
+    assert one[1] == two[1]
     np.testing.assert_array_equal(one[0].centres, two[0].centres)
 
 

@@ -15,7 +15,8 @@ from skillfold.manifold.kernels.projection import doubts
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model
 from skillfold.manifold.polynomials import monomials
-from skillfold.manifold.selection import LARGEST, Progress, Shape, choose_field, choose_shape
+from skillfold.manifold.selection import choose_field
+from skillfold.manifold.shapes import LARGEST, Progress, Shape, choose_shape, spread_out
 from skillfold.manifold.table import Selection
 from skillfold.manifold.tangent import TangentField, train
 
@@ -25,6 +26,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 MOST_ANCHORS = 2000
 PER_ANCHOR = 10  # times the samples per anchor: neighbourhoods tried, where samples are many
 EDGES = 2500  # that the field is trained on
+RIDGE = 1e-5  # λ: a field trained to the end hardly depends on it, and cross-validation cannot tell 1e-6 from 1e-4
 QUANTILE = 0.95
 CALIBRATED = 1000  # held-out samples that tolerances are read off
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
@@ -108,18 +110,19 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     shape, residual, more = choose_shape(inner, groups, dim, largest, options.seed, options.jobs, progress)
     trials += more
     progress("fitting the anchors", 0.0)
-    local = _local_surfaces(inner, inner[chosen], shape, dim)
+    local = _local_surfaces(inner, inner[chosen], shape, dim, options.jobs)
     anchors = inner[chosen] + local.shifts
     graph = build_graph(anchors, neighbors, anchor_groups, too_long=np.inf)
     frames = align_frames(local.tangents, graph)
-    edges = graph.edges[_subset(len(graph.edges), EDGES, options.seed)]
-    features, ridge, more = choose_field(
+    edges = graph.edges[spread_out(len(graph.edges), EDGES, options.seed)]
+    ridge = options.ridge or RIDGE
+    features, more = choose_field(
         anchors,
         edges,
         frames,
         anchor_groups,
         options.kernels,
-        options.ridge,
+        ridge,
         options.seed,
         options.jobs,
         progress,
@@ -151,7 +154,7 @@ def _anchor_choice(inner: Array, seed: int) -> Indices:
     """All samples, or so many that lie far from each other."""
     if len(inner) <= MOST_ANCHORS:
         return np.arange(len(inner))
-    pool = _subset(len(inner), 10 * MOST_ANCHORS, seed)
+    pool = spread_out(len(inner), 10 * MOST_ANCHORS, seed)
     points = inner[pool]
     chosen = np.zeros(MOST_ANCHORS, dtype=np.int64)
     distance = ((points - points[0]) ** 2).sum(1)
@@ -161,13 +164,9 @@ def _anchor_choice(inner: Array, seed: int) -> Indices:
     return np.sort(pool[chosen])
 
 
-def _subset(n: int, count: int, seed: int) -> Indices:
-    return np.sort(np.random.default_rng(seed).choice(n, min(n, count), replace=False))
-
-
-def _local_surfaces(inner: Array, centres: Array, shape: Shape, dim: int) -> LocalSurfaces:
+def _local_surfaces(inner: Array, centres: Array, shape: Shape, dim: int, jobs: int) -> LocalSurfaces:
     neighbours = np.asarray(KDTree(inner).query(centres, min(shape.neighbours + 1, len(inner)))[1])
-    return fit_surfaces(inner, centres, neighbours, dim, shape.degree)
+    return fit_surfaces(inner, centres, neighbours, dim, shape.degree, jobs)
 
 
 def _kernel_surface(anchors: Array, local: LocalSurfaces, shape: Shape) -> Surface:
@@ -197,9 +196,9 @@ def _calibrate(
     inner: Array, anchors: Array, groups: Indices | None, shape: Shape, dim: int, seed: int
 ) -> tuple[float, float]:
     """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor."""
-    chosen = _subset(len(inner), CALIBRATED, seed)
+    chosen = spread_out(len(inner), CALIBRATED, seed)
     others = nearest_others(inner, chosen, shape.neighbours, groups)
-    residuals = held_out_residuals(inner, chosen, others, dim, shape.degree)
+    residuals = held_out_residuals(inner, chosen, others, dim, [shape.degree])
     if len(anchors) == len(inner):
         nearest = np.linalg.norm(inner[others[:, 0]] - inner[chosen], axis=1)
     else:

@@ -125,8 +125,8 @@ def _holds(samples: Array, groups: Indices | None, split: Split, whole: Split, s
     inner = samples @ split.kept
     around = _within(inner, chosen, reach * np.sqrt(inner.shape[1] / samples.shape[1]), k, groups, seed)
     residuals = [
-        float(np.median(held_out_residuals(samples, chosen, others, whole.dim, 1))),
-        float(np.median(held_out_residuals(inner, chosen, around, split.dim, 1))),
+        float(np.median(held_out_residuals(samples, chosen, others, whole.dim, [1]))),
+        float(np.median(held_out_residuals(inner, chosen, around, split.dim, [1]))),
     ]
     return residuals[1] <= WORSE * residuals[0]
 

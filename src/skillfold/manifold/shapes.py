@@ -1,0 +1,165 @@
+"""Degree and neighbourhood of the local surfaces, chosen by prediction of samples that were left out."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from skillfold.manifold.anchors import SAMPLES_A_TERM, held_out_residuals, nearest_others
+from skillfold.manifold.polynomials import terms_of
+from skillfold.manifold.table import Trial
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+Progress = Callable[[str, float], None]
+
+DEGREES = (1, 2, 3, 4)
+MOST_TERMS = 40  # of a polynomial of degree 3 or more
+GROWTH = 1.5  # from one neighbourhood size to the next
+LARGEST = 600  # neighbourhood tried, for samples that are not many
+SCREENED = 100  # samples that every candidate predicts
+COMPARED = 1500  # samples that the better candidates predict
+BETTER = 1.2  # times the least error: a candidate worth comparing
+HOPELESS = 2.0  # times the least error of its degree: larger neighbourhoods only get worse
+DOUBTED = 2.0  # standard errors within which a candidate counts as good as the best
+BESIDE = 1  # recordings that should be within reach of each sample
+ACROSS = 6.0  # times the distance to them that neighbourhoods of recordings span at least
+WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
+
+
+class Shape(NamedTuple):
+    """Degree of the local polynomials and number of neighbours they are fitted to."""
+
+    degree: int
+    neighbours: int
+
+
+def candidate_shapes(n_others: int, dim: int, largest: int, smallest: int = 1) -> list[Shape]:
+    """Every degree with neighbourhoods from one and a half samples a coefficient up, none below `smallest`.
+
+    Sizes are shared: fits of several degrees to one neighbourhood cost hardly more than one of them.
+    """
+    least = {}
+    for degree in DEGREES:
+        terms = terms_of(dim, degree)
+        if degree > 2 and terms > MOST_TERMS:
+            break
+        least[degree] = max(int(np.ceil(SAMPLES_A_TERM * terms)) + 1, smallest)
+    sizes, k = set(least.values()), min(least.values())
+    while k <= largest:
+        sizes.add(k)
+        k = int(np.ceil(GROWTH * k))
+    most = min(largest, n_others)
+    shapes = [Shape(g, k) for g, low in least.items() for k in sorted(sizes) if low <= k <= most]
+    return shapes or [Shape(1, n_others)]
+
+
+def neighbours_across(samples: Array, groups: Indices, seed: int) -> int:
+    """How many samples a neighbourhood needs to reach across recordings.
+
+    Recordings of one motion run side by side. Neighbourhoods that hold one of them alone would model each as a
+    manifold of its own, which left-out recordings do not punish: some recording is always near.
+    """
+    chosen = spread_out(len(samples), SCREENED, seed)
+    members = np.unique(groups)
+    distance = np.array([KDTree(samples[groups == g]).query(samples[chosen])[0] for g in members])
+    beside = np.sort(distance, axis=0)[min(BESIDE, len(members) - 1)]
+    tree = KDTree(samples)
+    counts = [len(tree.query_ball_point(samples[i], ACROSS * r)) for i, r in zip(chosen, beside, strict=True)]
+    return int(np.median(counts))
+
+
+def spread_out(n: int, count: int, seed: int) -> Indices:
+    """At most `count` of n, drawn at random, in order."""
+    return np.sort(np.random.default_rng(seed).choice(n, min(n, count), replace=False))
+
+
+class _Judge(NamedTuple):
+    """Predicts left-out samples: chosen (n,), from others (n, k), nearest first."""
+
+    samples: Array
+    chosen: Indices
+    others: Indices
+    dim: int
+    jobs: int
+
+    def __call__(self, degrees: Sequence[int], neighbours: int) -> Array:
+        """Squared errors, winsorised; (len(degrees), n)."""
+        others = self.others[:, :neighbours]
+        errors = held_out_residuals(self.samples, self.chosen, others, self.dim, degrees, self.jobs) ** 2
+        return np.minimum(errors, np.quantile(errors, WINSOR, axis=1, keepdims=True))
+
+
+def choose_shape(
+    samples: Array, groups: Indices | None, dim: int, largest: int, seed: int, jobs: int, progress: Progress
+) -> tuple[Shape, float, list[Trial]]:
+    """Shape of the local surfaces, its held-out rms residual, and all trials.
+
+    Among candidates that cannot be told from the best (by the standard error of the paired difference) the one
+    with most samples a coefficient is taken: it averages noise best.
+
+    Args:
+        samples: (N, D).
+        groups: recording of each sample, then recordings are left out whole; None leaves single samples out.
+        dim: d.
+        largest: neighbourhood.
+        seed: of the choice of samples predicted.
+        jobs: threads.
+        progress: called with the stage and its share done.
+    """
+    smallest = len(samples) - 1 if groups is None else len(samples) - np.bincount(groups).max()
+    across = 1 if groups is None else min(neighbours_across(samples, groups, seed), smallest)
+    shapes = candidate_shapes(int(smallest), dim, largest, across)
+
+    def judge(count: int, good: Sequence[Shape]) -> _Judge:
+        chosen = spread_out(len(samples), count, seed)
+        others = nearest_others(samples, chosen, max(s.neighbours for s in good), groups)
+        return _Judge(samples, chosen, others, dim, jobs)
+
+    progress("choosing the local surfaces", 0.0)
+    means = _climb(judge(SCREENED, shapes), shapes)
+    progress("choosing the local surfaces", 0.4)
+    good = [s for s, error in means.items() if error <= BETTER**2 * min(means.values())]
+    errors = _compare(judge(COMPARED, good), good)
+    best = _smoothest_of_best(good, errors, dim)
+    means |= dict(zip(good, errors.mean(1), strict=True))
+    return best, float(np.sqrt(means[best])), _trials(means, best)
+
+
+def _trials(means: dict[Shape, float], best: Shape) -> list[Trial]:
+    names = {s: f"degree {s.degree}, {s.neighbours} neighbours" for s in sorted(means)}
+    measure = "held-out residual (smaller)"
+    return [Trial("surface", name, float(np.sqrt(means[s])), measure, s == best) for s, name in names.items()]
+
+
+def _climb(judge: _Judge, shapes: Sequence[Shape]) -> dict[Shape, float]:
+    """Mean squared errors; of each degree sizes are tried from small to large, until they are clearly too large."""
+    means: dict[Shape, float] = {}
+    least = dict.fromkeys({s.degree for s in shapes}, np.inf)
+    for k in sorted({s.neighbours for s in shapes}):
+        degrees = sorted(s.degree for s in shapes if s.neighbours == k and s.degree in least)
+        if not degrees:
+            continue
+        for degree, error in zip(degrees, judge(degrees, k).mean(1), strict=True):
+            means[Shape(degree, k)] = float(error)
+            least[degree] = min(least[degree], float(error))
+            if error > HOPELESS**2 * least[degree]:
+                del least[degree]
+    return means
+
+
+def _compare(judge: _Judge, good: Sequence[Shape]) -> Array:
+    """Squared errors of each shape, (len(good), n), one neighbourhood size at a time."""
+    found: dict[Shape, Array] = {}
+    for k in {s.neighbours for s in good}:
+        degrees = [s.degree for s in good if s.neighbours == k]
+        found |= {Shape(g, k): e for g, e in zip(degrees, judge(degrees, k), strict=True)}
+    return np.array([found[s] for s in good])
+
+
+def _smoothest_of_best(shapes: Sequence[Shape], errors: Array, dim: int) -> Shape:
+    difference = errors - errors[int(errors.mean(1).argmin())]
+    doubt = difference.std(1) / np.sqrt(errors.shape[1])
+    equal = [s for s, d, e in zip(shapes, difference.mean(1), doubt, strict=True) if d <= DOUBTED * e]
+    return max(equal, key=lambda s: s.neighbours / terms_of(dim, s.degree))
