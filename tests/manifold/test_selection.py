@@ -36,9 +36,10 @@ def test_where_hardly_any_samples_are_left_a_plane_through_all_is_tried():
 
 def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
     x = clouds.normalised(clouds.draw_sphere(400, np.random.default_rng(0)))
-    best, residual, trials = choose_shape(x, None, 2, LARGEST, 0, 1, silent)
+    best, squares, *_, trials = choose_shape(x, None, 2, LARGEST, 0, 1, silent)
+    residual = np.sqrt(squares.mean())
     assert [t.setting for t in trials if t.chosen] == [f"degree {best.degree}, {best.neighbours} neighbours"]
-    assert residual == min(t.score for t in trials if t.chosen)
+    assert residual == pytest.approx(min(t.score for t in trials if t.chosen))
     assert residual <= 1.1 * min(t.score for t in trials)
     assert best.degree >= 2  # a sphere is bent
     possible = {f"degree {s.degree}, {s.neighbours} neighbours" for s in candidate_shapes(399, 2, LARGEST)}
@@ -49,7 +50,7 @@ def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
 def test_scores_are_winsorised_held_out_residuals():
     """Of so few samples every one is predicted."""
     x = clouds.normalised(clouds.torus(90, np.random.default_rng(0)))
-    _, _, trials = choose_shape(x, None, 2, 20, 0, 1, silent)
+    trials = choose_shape(x, None, 2, 20, 0, 1, silent).trials
     everything = np.arange(90)
     for trial in trials:
         degree, neighbours = (int(word) for word in trial.setting.replace(",", "").split() if word.isdigit())
@@ -62,8 +63,8 @@ def test_scores_are_winsorised_held_out_residuals():
 def test_noise_asks_for_larger_neighbourhoods():
     rng = np.random.default_rng(0)
     x = clouds.draw_sphere(800, rng)
-    quiet = choose_shape(clouds.normalised(x), None, 2, LARGEST, 0, 1, silent)[0]
-    noisy = choose_shape(clouds.normalised(x + 0.05 * rng.normal(size=x.shape)), None, 2, LARGEST, 0, 1, silent)[0]
+    quiet = choose_shape(clouds.normalised(x), None, 2, LARGEST, 0, 1, silent).shape
+    noisy = choose_shape(clouds.normalised(x + 0.05 * rng.normal(size=x.shape)), None, 2, LARGEST, 0, 1, silent).shape
 
     def samples_a_coefficient(shape):
         return shape.neighbours / math.comb(2 + shape.degree, 2)
@@ -75,8 +76,8 @@ def test_recordings_are_left_out_whole():
     """Held-out residuals then tell the spread between recordings, not the noise along one."""
     t = np.linspace(0, 1, 60)
     x = np.vstack([np.column_stack([t, np.sin(2 * t) + 0.1 * i]) for i in range(6)])
-    by_recording = choose_shape(x, np.repeat(np.arange(6), 60), 1, 60, 0, 1, silent)[1]
-    by_sample = choose_shape(x, None, 1, 60, 0, 1, silent)[1]
+    by_recording = choose_shape(x, np.repeat(np.arange(6), 60), 1, 60, 0, 1, silent).residual
+    by_sample = choose_shape(x, None, 1, 60, 0, 1, silent).residual
     assert by_recording > 0.02
     assert by_recording > by_sample
 

@@ -276,7 +276,7 @@ def wendland(r):
     return (1 - r) ** 4 * (4 * r + 1)
 
 
-def local_fit(offsets, dim, exponents, turning, ridge=1e-10, rounds=2):
+def local_fit(offsets, dim, exponents, turning, ridge=1e-10, turns=2):
     """Weighted least squares polynomial through offsets (k, D) in the frame of its own slope, by `lstsq`.
 
     Returns the frame (D, D), the radius and the coefficients (P, D - d) of the monomials with the exponents given;
@@ -295,7 +295,7 @@ def local_fit(offsets, dim, exponents, turning, ridge=1e-10, rounds=2):
         right = np.vstack([local[:, dim:] * np.sqrt(weights)[:, None], np.zeros((terms, offsets.shape[1] - dim))])
         return np.linalg.lstsq(damped, right, rcond=None)[0]
 
-    for _ in range(rounds):
+    for _ in range(turns):
         slope = fit(turning)[1 : 1 + dim] / radius
         frame = orthonormalise(np.vstack([frame[:dim] + slope @ frame[dim:], frame[dim:]]))[0]
     return frame, radius, fit(len(exponents))

@@ -62,14 +62,9 @@ def _principal_frames(samples: Array, centres: Array, neighbours: Indices) -> Ar
     return np.ascontiguousarray(np.swapaxes(vectors[:, :, ::-1], 1, 2))
 
 
-def _layout(k: int, dim: int, degree: int) -> tuple[Monomials, int]:
-    """Monomials for fits up to a degree, and how many of them tell a frame's slope.
-
-    Quadratic ones wherever there are enough neighbours for them: at edges the slope of a plane is biased.
-    """
-    linear, quadratic = terms_of(dim, 1), terms_of(dim, 2)
-    enough = degree >= 2 or k >= SAMPLES_A_TERM * quadratic
-    return monomials(dim, max(degree, 2)), quadratic if enough else linear
+def _layout(dim: int, degree: int) -> tuple[Monomials, int]:
+    """Monomials for fits up to a degree, and how many of them tell a frame's slope: quadratic ones, or a plane's."""
+    return monomials(dim, degree), terms_of(dim, min(degree, 2))
 
 
 def _in_parts(work: Callable[[slice], T], count: int, jobs: int) -> list[T]:
@@ -87,7 +82,7 @@ def fit_surfaces(
     samples: Array, centres: Array, neighbours: Indices, dim: int, degree: int, jobs: int = 1
 ) -> LocalSurfaces:
     """Local surfaces at centres (M, D) from the samples (N, D) that neighbours (M, k) name."""
-    layout = *_layout(neighbours.shape[1], dim, degree), terms_of(dim, degree)
+    layout = *_layout(dim, degree), terms_of(dim, degree)
 
     neighbours = np.ascontiguousarray(neighbours)
 
@@ -121,7 +116,7 @@ def held_out_residuals(
     more than the highest of them; (len(degrees), n).
     """
     terms = np.array([terms_of(dim, degree) for degree in degrees])
-    layout = *_layout(others.shape[1], dim, max(degrees)), terms
+    layout = *_layout(dim, max(degrees)), terms
     others = np.ascontiguousarray(others)
 
     def predict(part: slice) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from skillfold.errors import InputError
-from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces, held_out_residuals, nearest_others
+from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces
 from skillfold.manifold.free import split_directions
 from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
@@ -16,7 +16,7 @@ from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model
 from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.selection import choose_field
-from skillfold.manifold.shapes import LARGEST, Progress, Shape, choose_shape, spread_out
+from skillfold.manifold.shapes import LARGEST, Chosen, Progress, Shape, choose_shape, spread_out
 from skillfold.manifold.table import Selection
 from skillfold.manifold.tangent import TangentField, train
 
@@ -28,7 +28,6 @@ PER_ANCHOR = 10  # times the samples per anchor: neighbourhoods tried, where sam
 EDGES = 2500  # that the field is trained on
 RIDGE = 1e-5  # λ: a field trained to the end hardly depends on it, and cross-validation cannot tell 1e-6 from 1e-4
 QUANTILE = 0.95
-CALIBRATED = 1000  # held-out samples that tolerances are read off
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
 CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller
 WORKERS = 4096  # that one may ask for; negative numbers count down from the cores, as in joblib
@@ -107,8 +106,9 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed)
     outer, inner, dim = inner, inner @ split.kept, split.dim
     largest = max(LARGEST, min(len(inner) // 2, PER_ANCHOR * len(inner) // len(chosen)))
-    shape, residual, more = choose_shape(inner, groups, dim, largest, options.seed, options.jobs, progress)
-    trials += more
+    judged = choose_shape(inner, groups, dim, largest, options.seed, options.jobs, progress)
+    shape = judged.shape
+    trials += judged.trials
     progress("fitting the anchors", 0.0)
     local = _local_surfaces(inner, inner[chosen], shape, dim, options.jobs)
     anchors = inner[chosen] + local.shifts
@@ -130,7 +130,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     trials += more
     progress("training the tangent field", 0.0)
     field = train(features, anchors, edges, frames, ridge, options.seed)
-    tolerance, spacing = _calibrate(inner, anchors, groups, shape, dim, options.seed)
+    tolerance, spacing = _calibrate(inner, anchors, judged)
     surface, kernel_field = _kernel_surface(anchors, local, shape), _kernel_field(field)
     model = Model(
         surface=surface,
@@ -147,7 +147,8 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     )
     progress("training the tangent field", 1.0)
     normals = max(1, inner.shape[1] - dim)
-    return Fitted(model, field, ridge, residual * scale / np.sqrt(normals), residual * scale, Selection(trials))
+    residual = judged.residual * scale
+    return Fitted(model, field, ridge, residual / np.sqrt(normals), residual, Selection(trials))
 
 
 def _anchor_choice(inner: Array, seed: int) -> Indices:
@@ -192,15 +193,11 @@ def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
     return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
 
 
-def _calibrate(
-    inner: Array, anchors: Array, groups: Indices | None, shape: Shape, dim: int, seed: int
-) -> tuple[float, float]:
+def _calibrate(inner: Array, anchors: Array, judged: Chosen) -> tuple[float, float]:
     """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor."""
-    chosen = spread_out(len(inner), CALIBRATED, seed)
-    others = nearest_others(inner, chosen, shape.neighbours, groups)
-    residuals = held_out_residuals(inner, chosen, others, dim, [shape.degree])
+    left_out = inner[judged.left_out]
     if len(anchors) == len(inner):
-        nearest = np.linalg.norm(inner[others[:, 0]] - inner[chosen], axis=1)
+        nearest = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
     else:
-        nearest = KDTree(anchors).query(inner[chosen])[0]
-    return float(np.quantile(residuals, QUANTILE)), float(np.quantile(nearest, QUANTILE))
+        nearest = KDTree(anchors).query(left_out)[0]
+    return float(np.sqrt(np.quantile(judged.squares, QUANTILE))), float(np.quantile(nearest, QUANTILE))

@@ -20,6 +20,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 ROUNDS = 6
+STEADY = 0.005  # change of every share, at which further rounds would only repeat the last
 CENTRES = 800
 METRIC_FLOOR = 0.03  # of the scale that a direction keeps in the metric
 TOUCHED = 0.05  # share of a direction that normals may touch if it is to count as free
@@ -62,7 +63,10 @@ def normal_spectrum(samples: Array, codim: int, seed: int) -> tuple[Array, Array
     metric, touched, directions = np.eye(D), np.ones(D), np.eye(D)
     for _ in range(ROUNDS):
         normals = _normals(samples, metric, codim, chosen)
+        before = touched
         touched, directions = np.linalg.eigh(np.einsum("nac,nbc->ab", normals, normals) / len(chosen))
+        if np.abs(touched - before).max() < STEADY:
+            break
         metric = directions * np.sqrt(np.maximum(touched, 0.0) / touched[-1] + METRIC_FLOOR**2)
     return touched, directions
 

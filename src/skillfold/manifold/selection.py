@@ -77,7 +77,7 @@ def choose_field(
     folds = _folds(looked_at, groups, seed)
     stage = "choosing the tangent field"
     progress(stage, 0.0)
-    batches = Parallel(n_jobs=jobs, prefer="threads", return_as="generator")(
+    batches: Any = Parallel(n_jobs=jobs, prefer="threads", return_as="generator")(
         delayed(_field_error)(samples, looked_at, frames, folds, features, ridge, seed) for features in placed
     )
     errors: list[float] = []

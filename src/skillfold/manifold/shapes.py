@@ -20,8 +20,9 @@ GROWTH = 1.5  # from one neighbourhood size to the next
 LARGEST = 600  # neighbourhood tried, for samples that are not many
 SCREENED = 100  # samples that every candidate predicts
 COMPARED = 1500  # samples that the better candidates predict
-BETTER = 1.2  # times the least error: a candidate worth comparing
-HOPELESS = 2.0  # times the least error of its degree: larger neighbourhoods only get worse
+BETTER = 1.2  # times the least error: a candidate worth comparing,
+WORSE = 3.0  # unless that many standard errors tell it from the best already
+HOPELESS = 1.5  # times the least error of its degree: larger neighbourhoods only get worse
 DOUBTED = 2.0  # standard errors within which a candidate counts as good as the best
 BESIDE = 1  # recordings that should be within reach of each sample
 ACROSS = 6.0  # times the distance to them that neighbourhoods of recordings span at least
@@ -91,10 +92,33 @@ class _Judge(NamedTuple):
         return np.minimum(errors, np.quantile(errors, WINSOR, axis=1, keepdims=True))
 
 
+class Chosen(NamedTuple):
+    """The shape taken and how well it predicts left-out samples.
+
+    Attributes:
+        shape: of the local surfaces.
+        squares: (n,) squared held-out residuals, winsorised.
+        left_out: (n,) the samples that they are of.
+        nearest: (n,) the sample nearest to each that was not left out with it.
+        trials: every candidate looked at.
+    """
+
+    shape: Shape
+    squares: Array
+    left_out: Indices
+    nearest: Indices
+    trials: list[Trial]
+
+    @property
+    def residual(self) -> float:
+        """Rms of the held-out residuals."""
+        return float(np.sqrt(self.squares.mean()))
+
+
 def choose_shape(
     samples: Array, groups: Indices | None, dim: int, largest: int, seed: int, jobs: int, progress: Progress
-) -> tuple[Shape, float, list[Trial]]:
-    """Shape of the local surfaces, its held-out rms residual, and all trials.
+) -> Chosen:
+    """Shape of the local surfaces.
 
     Among candidates that cannot be told from the best (by the standard error of the paired difference) the one
     with most samples a coefficient is taken: it averages noise best.
@@ -118,48 +142,58 @@ def choose_shape(
         return _Judge(samples, chosen, others, dim, jobs)
 
     progress("choosing the local surfaces", 0.0)
-    means = _climb(judge(SCREENED, shapes), shapes)
+    squares = _climb(judge(SCREENED, shapes), shapes)
     progress("choosing the local surfaces", 0.4)
-    good = [s for s, error in means.items() if error <= BETTER**2 * min(means.values())]
-    errors = _compare(judge(COMPARED, good), good)
-    best = _smoothest_of_best(good, errors, dim)
-    means |= dict(zip(good, errors.mean(1), strict=True))
-    return best, float(np.sqrt(means[best])), _trials(means, best)
+    comparison = judge(COMPARED, good := _worth_comparing(squares))
+    squares |= _compare(comparison, good)
+    best = _smoothest({s: squares[s] for s in good}, dim)
+    nearest = comparison.others[:, 0]
+    return Chosen(best, squares[best], comparison.chosen, nearest, _trials(squares, best))
 
 
-def _trials(means: dict[Shape, float], best: Shape) -> list[Trial]:
-    names = {s: f"degree {s.degree}, {s.neighbours} neighbours" for s in sorted(means)}
+def _trials(squares: dict[Shape, Array], best: Shape) -> list[Trial]:
+    names = {s: f"degree {s.degree}, {s.neighbours} neighbours" for s in sorted(squares)}
     measure = "held-out residual (smaller)"
-    return [Trial("surface", name, float(np.sqrt(means[s])), measure, s == best) for s, name in names.items()]
+    return [
+        Trial("surface", name, float(np.sqrt(squares[s].mean())), measure, s == best) for s, name in names.items()
+    ]
 
 
-def _climb(judge: _Judge, shapes: Sequence[Shape]) -> dict[Shape, float]:
-    """Mean squared errors; of each degree sizes are tried from small to large, until they are clearly too large."""
-    means: dict[Shape, float] = {}
+def _climb(judge: _Judge, shapes: Sequence[Shape]) -> dict[Shape, Array]:
+    """Squared errors; of each degree sizes are tried from small to large, until they are clearly too large."""
+    squares: dict[Shape, Array] = {}
     least = dict.fromkeys({s.degree for s in shapes}, np.inf)
     for k in sorted({s.neighbours for s in shapes}):
         degrees = sorted(s.degree for s in shapes if s.neighbours == k and s.degree in least)
         if not degrees:
             continue
-        for degree, error in zip(degrees, judge(degrees, k).mean(1), strict=True):
-            means[Shape(degree, k)] = float(error)
-            least[degree] = min(least[degree], float(error))
-            if error > HOPELESS**2 * least[degree]:
+        for degree, errors in zip(degrees, judge(degrees, k), strict=True):
+            squares[Shape(degree, k)] = errors
+            least[degree] = min(least[degree], errors.mean())
+            if errors.mean() > HOPELESS**2 * least[degree]:
                 del least[degree]
-    return means
+    return squares
 
 
-def _compare(judge: _Judge, good: Sequence[Shape]) -> Array:
-    """Squared errors of each shape, (len(good), n), one neighbourhood size at a time."""
+def _compare(judge: _Judge, good: Sequence[Shape]) -> dict[Shape, Array]:
+    """Squared errors of each shape, one neighbourhood size at a time."""
     found: dict[Shape, Array] = {}
     for k in {s.neighbours for s in good}:
         degrees = [s.degree for s in good if s.neighbours == k]
         found |= {Shape(g, k): e for g, e in zip(degrees, judge(degrees, k), strict=True)}
-    return np.array([found[s] for s in good])
+    return found
 
 
-def _smoothest_of_best(shapes: Sequence[Shape], errors: Array, dim: int) -> Shape:
-    difference = errors - errors[int(errors.mean(1).argmin())]
-    doubt = difference.std(1) / np.sqrt(errors.shape[1])
-    equal = [s for s, d, e in zip(shapes, difference.mean(1), doubt, strict=True) if d <= DOUBTED * e]
-    return max(equal, key=lambda s: s.neighbours / terms_of(dim, s.degree))
+def _as_good(squares: dict[Shape, Array], errors: float) -> list[Shape]:
+    """Shapes whose mean is within so many standard errors of the least, of the paired differences."""
+    least = min(squares.values(), key=np.mean)
+    return [s for s, e in squares.items() if (e - least).mean() <= errors * (e - least).std() / np.sqrt(len(e))]
+
+
+def _worth_comparing(squares: dict[Shape, Array]) -> list[Shape]:
+    limit = BETTER**2 * min(e.mean() for e in squares.values())
+    return [s for s in _as_good(squares, WORSE) if squares[s].mean() <= limit]
+
+
+def _smoothest(squares: dict[Shape, Array], dim: int) -> Shape:
+    return max(_as_good(squares, DOUBTED), key=lambda s: s.neighbours / terms_of(dim, s.degree))

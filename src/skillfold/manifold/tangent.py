@@ -12,7 +12,7 @@ from skillfold.manifold.training import Problem, alignment, alternate, field_at_
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-ITERATIONS = 100  # of the descent, at most
+ITERATIONS = 200  # of the descent, at most
 ALTERNATIONS = 3  # that each start gets before the best goes on
 
 

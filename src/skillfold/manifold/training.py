@@ -81,10 +81,8 @@ def roughness(problem: Problem, weights: Array) -> Array:
     return flat @ (problem.smoothness @ weights).reshape(flat.shape).T
 
 
-def objective(problem: Problem, weights: Array, eps: Array, misfit: Array | None = None) -> float:
-    """The function that training decreases, per edge; the misfit Hε − Δ is worked out if it is not given."""
-    if misfit is None:
-        misfit = np.einsum("eac,ea->ec", field_at_edges(problem, weights), eps) - problem.steps
+def objective(problem: Problem, weights: Array, eps: Array, misfit: Array) -> float:
+    """The function that training decreases, per edge; with the misfit Hε − Δ."""
     penalty = (eps**2).sum() + np.trace(roughness(problem, weights))
     return float(((misfit**2).sum() + problem.ridge * penalty) / len(eps))
 

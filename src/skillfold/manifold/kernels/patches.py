@@ -17,8 +17,9 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 MARGIN = 1.05  # times the farthest neighbour's distance: the radius at which weights vanish
+FITTED_TURNS = 2  # of a frame to its own surface's slope, where its tangents are used after
+JUDGED_TURNS = 1  # the same, where only heights above it are asked for
 RIDGE = 1e-10  # of the sum of weights; keeps a fit to too few or aligned neighbours solvable
-ROUNDS = 2  # times a frame is turned to its own surface's slope
 
 
 class Room(NamedTuple):
@@ -31,8 +32,8 @@ class Room(NamedTuple):
         values: (P, k) monomials.
         weighted: (k,) one monomial times the weights.
         gram: (P, P) normal equations, then their Cholesky factor; the lower half.
-        right: (P, D - d) right-hand sides, then what forward substitution makes of them.
-        solution: (P, D - d).
+        right: (D - d, P) right-hand sides, then what forward substitution makes of them.
+        solution: (D - d, P).
     """
 
     offsets: Array
@@ -55,8 +56,8 @@ def make_room(k: int, P: int, D: int, normals: int) -> Room:
         np.empty((P, k)),
         np.empty(k),
         np.empty((P, P)),
-        np.empty((P, normals)),
-        np.empty((P, normals)),
+        np.empty((normals, P)),
+        np.empty((normals, P)),
     )
 
 
@@ -125,7 +126,7 @@ def assemble(frame: Array, radius: float, dim: int, table: Monomials, terms: int
             s = 0.0
             for i in range(k):
                 s += room.weighted[i] * room.local[dim + n, i]
-            room.right[j, n] = s
+            room.right[n, j] = s
 
 
 @njit
@@ -138,30 +139,31 @@ def factorise(terms: int, room: Room) -> None:
             for i in range(h):
                 s -= room.gram[j, i] * room.gram[h, i]
             room.gram[j, h] = s / room.gram[h, h] if h < j else math.sqrt(max(s, 0.0) + ridge)
-        for n in range(room.right.shape[1]):
-            s = room.right[j, n]
+        for n in range(room.right.shape[0]):
+            s = room.right[n, j]
             for i in range(j):
-                s -= room.gram[j, i] * room.right[i, n]
-            room.right[j, n] = s / room.gram[j, j]
+                s -= room.gram[j, i] * room.right[n, i]
+            room.right[n, j] = s / room.gram[j, j]
 
 
 @njit
 def substitute(terms: int, room: Room) -> None:
     """Coefficients of the first `terms` monomials alone into room.solution, from what `factorise` left."""
-    for n in range(room.right.shape[1]):
+    for n in range(room.right.shape[0]):
+        for j in range(terms):
+            room.solution[n, j] = room.right[n, j]
         for j in range(terms - 1, -1, -1):
-            s = room.right[j, n]
-            for i in range(j + 1, terms):
-                s -= room.gram[i, j] * room.solution[i, n]
-            room.solution[j, n] = s / room.gram[j, j]
+            room.solution[n, j] /= room.gram[j, j]
+            for i in range(j):
+                room.solution[n, i] -= room.gram[j, i] * room.solution[n, j]
 
 
 @njit
 def turn(frame: Array, radius: float, dim: int, room: Room) -> None:
     """Turn the frame's rows so that its tangents have the slope that room.solution has at the centre."""
     for a in range(dim):
-        for n in range(room.solution.shape[1]):
-            slope = room.solution[1 + a, n] / radius
+        for n in range(room.solution.shape[0]):
+            slope = room.solution[n, 1 + a] / radius
             for c in range(frame.shape[1]):
                 frame[a, c] += slope * frame[dim + n, c]
     orthonormalise(frame)
@@ -177,15 +179,16 @@ def fit_one(
     table: Monomials,
     turning: int,
     terms: int,
+    turns: int,
     room: Room,
 ) -> float:
     """Factorised normal equations of `terms` monomials at one centre into `room`; returns the radius.
 
-    The frame is turned in place. The first `turning` monomials tell the slope that it is turned to: the same
-    whatever is fitted after, so that all degrees share it.
+    The frame is turned in place, `turns` times. The first `turning` monomials tell the slope that it is turned to:
+    the same whatever is fitted after, so that all degrees share it.
     """
     radius = gather(samples, centre, neighbours, room)
-    for _ in range(ROUNDS):
+    for _ in range(turns):
         assemble(frame, radius, dim, table, turning, room)
         factorise(turning, room)
         substitute(turning, room)
@@ -214,9 +217,11 @@ def fit_patches(
     room = make_room(k, max(turning, terms), D, D - dim)
     coefficients, radii = np.empty((M, terms, D - dim)), np.empty(M)
     for m in range(M):
-        radii[m] = fit_one(samples, centres[m], neighbours[m], frames[m], dim, table, turning, terms, room)
+        radii[m] = fit_one(
+            samples, centres[m], neighbours[m], frames[m], dim, table, turning, terms, FITTED_TURNS, room
+        )
         substitute(terms, room)
-        coefficients[m] = room.solution[:terms]
+        coefficients[m] = room.solution[:, :terms].T
     return coefficients, radii
 
 
@@ -240,7 +245,7 @@ def predict_patches(
     local, values, errors = np.empty(D), np.empty(P), np.empty((terms.size, M))
     for m in range(M):
         centre = samples[neighbours[m, 0]]
-        radius = fit_one(samples, centre, neighbours[m], frames[m], dim, table, turning, P, room)
+        radius = fit_one(samples, centre, neighbours[m], frames[m], dim, table, turning, P, JUDGED_TURNS, room)
         for c in range(D):
             local[c] = 0.0
             for e in range(D):
@@ -254,7 +259,7 @@ def predict_patches(
             for n in range(D - dim):
                 s = local[dim + n]
                 for j in range(terms[t]):
-                    s -= values[j] * room.solution[j, n]
+                    s -= values[j] * room.solution[n, j]
                 square += s**2
             errors[t, m] = math.sqrt(square)
     return errors
