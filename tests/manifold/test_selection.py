@@ -10,7 +10,7 @@ from skillfold.manifold import selection, shapes
 from skillfold.manifold.anchors import fit_surfaces, held_out_residuals, nearest_others
 from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.selection import choose_field
-from skillfold.manifold.shapes import LARGEST, Shape, candidate_shapes, choose_shape
+from skillfold.manifold.shapes import LARGEST, Shape, candidate_shapes, choose_shapes, smoothness
 from skillfold.manifold.table import Selection, Trial
 
 
@@ -36,12 +36,12 @@ def test_where_hardly_any_samples_are_left_a_plane_through_all_is_tried():
 
 def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
     x = clouds.normalised(clouds.draw_sphere(400, np.random.default_rng(0)))
-    best, squares, *_, trials = choose_shape(x, None, 2, LARGEST, 0, 1, silent)
-    residual = np.sqrt(squares.mean())
-    assert [t.setting for t in trials if t.chosen] == [f"degree {best.degree}, {best.neighbours} neighbours"]
-    assert residual == pytest.approx(min(t.score for t in trials if t.chosen))
-    assert residual <= 1.1 * min(t.score for t in trials)
-    assert best.degree >= 2  # a sphere is bent
+    found = choose_shapes(x, None, 2, LARGEST, 0, 1, silent)
+    trials = found.trials
+    most = found.shapes[np.bincount(found.taken).argmax()]
+    assert [t.setting for t in trials if t.chosen] == [f"degree {most.degree}, {most.neighbours} neighbours"]
+    assert found.residual <= 1.1 * min(t.score for t in trials)
+    assert min(s.degree for s in found.shapes) >= 2  # a sphere is bent everywhere
     possible = {f"degree {s.degree}, {s.neighbours} neighbours" for s in candidate_shapes(399, 2, LARGEST)}
     assert {t.setting for t in trials} <= possible
     assert len(trials) > 10
@@ -50,7 +50,7 @@ def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
 def test_scores_are_winsorised_held_out_residuals():
     """Of so few samples every one is predicted."""
     x = clouds.normalised(clouds.torus(90, np.random.default_rng(0)))
-    trials = choose_shape(x, None, 2, 20, 0, 1, silent).trials
+    trials = choose_shapes(x, None, 2, 20, 0, 1, silent).trials
     everything = np.arange(90)
     for trial in trials:
         degree, neighbours = (int(word) for word in trial.setting.replace(",", "").split() if word.isdigit())
@@ -63,21 +63,44 @@ def test_scores_are_winsorised_held_out_residuals():
 def test_noise_asks_for_larger_neighbourhoods():
     rng = np.random.default_rng(0)
     x = clouds.draw_sphere(800, rng)
-    quiet = choose_shape(clouds.normalised(x), None, 2, LARGEST, 0, 1, silent).shape
-    noisy = choose_shape(clouds.normalised(x + 0.05 * rng.normal(size=x.shape)), None, 2, LARGEST, 0, 1, silent).shape
+    noise = 0.05 * rng.normal(size=x.shape)
+    quiet, noisy = (choose_shapes(clouds.normalised(y), None, 2, LARGEST, 0, 1, silent) for y in (x, x + noise))
 
-    def samples_a_coefficient(shape):
-        return shape.neighbours / math.comb(2 + shape.degree, 2)
+    def samples_a_coefficient(found):
+        return np.mean([smoothness(found.shapes[i], 2) for i in found.taken])
 
     assert samples_a_coefficient(noisy) > 3 * samples_a_coefficient(quiet)
+
+
+def test_folds_take_smaller_neighbourhoods_than_flat_parts():
+    """A noisy sheet that is flat on one side and waves on the other."""
+    rng = np.random.default_rng(0)
+    u = rng.uniform(-1, 1, (1000, 2))
+    x = np.column_stack([u, 0.3 * np.sin(8 * u[:, 0]) * (u[:, 0] > 0)]) + 0.02 * rng.normal(size=(1000, 3))
+    found = choose_shapes(x, None, 2, LARGEST, 0, 1, silent)
+    smooth = np.array([smoothness(shape, 2) for shape in found.shapes])
+    flat, waves = (smooth[found.at(x, x[side])].mean() for side in (u[:, 0] < -0.3, u[:, 0] > 0.3))
+    assert flat > 2 * waves
+
+
+def test_the_shape_picked_is_as_good_as_the_best_around_by_hand():
+    rng = np.random.default_rng(1)
+    places, errors, smooth = rng.normal(size=(80, 2)), rng.chisquare(1, (3, 80)), np.array([1.0, 3.0, 2.0])
+    errors[1, places[:, 0] > 0] *= 6
+    picked = shapes._pick(errors, places, smooth)
+    for i in (0, 7, 33):
+        near = np.linalg.norm(places - places[i], axis=1).argsort()[: shapes.AROUND]
+        gaps = errors[:, near] - errors[errors[:, near].mean(1).argmin(), near]
+        good = [g for g in range(3) if gaps[g].mean() <= shapes.DOUBTED * gaps[g].std() / np.sqrt(len(near))]
+        assert picked[i] == max(good, key=lambda g: smooth[g])
 
 
 def test_recordings_are_left_out_whole():
     """Held-out residuals then tell the spread between recordings, not the noise along one."""
     t = np.linspace(0, 1, 60)
     x = np.vstack([np.column_stack([t, np.sin(2 * t) + 0.1 * i]) for i in range(6)])
-    by_recording = choose_shape(x, np.repeat(np.arange(6), 60), 1, 60, 0, 1, silent).residual
-    by_sample = choose_shape(x, None, 1, 60, 0, 1, silent).residual
+    by_recording = choose_shapes(x, np.repeat(np.arange(6), 60), 1, 60, 0, 1, silent).residual
+    by_sample = choose_shapes(x, None, 1, 60, 0, 1, silent).residual
     assert by_recording > 0.02
     assert by_recording > by_sample
 

@@ -119,7 +119,7 @@ def test_the_descent_falls_in_every_iteration_to_a_stationary_point(sphere, ridg
     assert converged
     assert (np.diff(values) < 0).all()
     before, after = (descent._point(posed, w).gradient for w in (start, weights))
-    assert np.linalg.norm(after) < 0.1 * np.linalg.norm(before)
+    assert np.linalg.norm(after) < 0.3 * np.linalg.norm(before)
 
 
 def test_the_descent_goes_farther_than_alternation(sheet):

@@ -14,9 +14,9 @@ from skillfold.manifold.inputs import amount, seed_of, whole
 from skillfold.manifold.kernels.projection import doubts
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model
-from skillfold.manifold.polynomials import monomials
+from skillfold.manifold.polynomials import monomials, terms_of
 from skillfold.manifold.selection import choose_field
-from skillfold.manifold.shapes import LARGEST, Chosen, Progress, Shape, choose_shape, spread_out
+from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
 from skillfold.manifold.table import Selection
 from skillfold.manifold.tangent import TangentField, train
 
@@ -106,11 +106,10 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed)
     outer, inner, dim = inner, inner @ split.kept, split.dim
     largest = max(LARGEST, min(len(inner) // 2, PER_ANCHOR * len(inner) // len(chosen)))
-    judged = choose_shape(inner, groups, dim, largest, options.seed, options.jobs, progress)
-    shape = judged.shape
+    judged = choose_shapes(inner, groups, dim, largest, options.seed, options.jobs, progress)
     trials += judged.trials
     progress("fitting the anchors", 0.0)
-    local = _local_surfaces(inner, inner[chosen], shape, dim, options.jobs)
+    local = _local_surfaces(inner, inner[chosen], judged, dim, options.jobs)
     anchors = inner[chosen] + local.shifts
     graph = build_graph(anchors, neighbors, anchor_groups, too_long=np.inf)
     frames = align_frames(local.tangents, graph)
@@ -131,7 +130,10 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     progress("training the tangent field", 0.0)
     field = train(features, anchors, edges, frames, ridge, options.seed)
     tolerance, spacing = _calibrate(inner, anchors, judged)
-    surface, kernel_field = _kernel_surface(anchors, local, shape), _kernel_field(field)
+    surface, kernel_field = (
+        _kernel_surface(anchors, local, judged.degree),
+        _kernel_field(field),
+    )
     model = Model(
         surface=surface,
         field=kernel_field,
@@ -165,17 +167,27 @@ def _anchor_choice(inner: Array, seed: int) -> Indices:
     return np.sort(pool[chosen])
 
 
-def _local_surfaces(inner: Array, centres: Array, shape: Shape, dim: int, jobs: int) -> LocalSurfaces:
-    neighbours = np.asarray(KDTree(inner).query(centres, min(shape.neighbours + 1, len(inner)))[1])
-    return fit_surfaces(inner, centres, neighbours, dim, shape.degree, jobs)
+def _local_surfaces(inner: Array, centres: Array, judged: Chosen, dim: int, jobs: int) -> LocalSurfaces:
+    """Surfaces at the centres, each of the shape that serves there; lower degrees are padded with zeros."""
+    tree, served = KDTree(inner), judged.at(inner, centres)
+    terms, (M, D) = terms_of(dim, judged.degree), centres.shape
+    frames, coefficients, radii = np.empty((M, D, D)), np.zeros((M, terms, D - dim)), np.empty(M)
+    for index, shape in enumerate(judged.shapes):
+        here = np.flatnonzero(served == index)
+        if len(here):
+            neighbours = np.asarray(tree.query(centres[here], min(shape.neighbours + 1, len(inner)))[1])
+            local = fit_surfaces(inner, centres[here], neighbours, dim, shape.degree, jobs)
+            frames[here], radii[here] = local.frames, local.radii
+            coefficients[here, : local.coefficients.shape[1]] = local.coefficients
+    return LocalSurfaces(frames, coefficients, radii)
 
 
-def _kernel_surface(anchors: Array, local: LocalSurfaces, shape: Shape) -> Surface:
+def _kernel_surface(anchors: Array, local: LocalSurfaces, degree: int) -> Surface:
     """Arrays for the kernels; centred on the denoised anchors, so that the constant terms vanish."""
     coefficients = np.ascontiguousarray(np.swapaxes(local.coefficients, 1, 2))
     coefficients[:, :, 0] = 0.0
     points = np.ascontiguousarray(anchors.T)
-    return Surface(points, local.frames, coefficients, local.radii, *monomials(local.dim, shape.degree))
+    return Surface(points, local.frames, coefficients, local.radii, *monomials(local.dim, degree))
 
 
 def _kernel_field(field: TangentField) -> Field:

@@ -17,6 +17,7 @@ Progress = Callable[[str, float], None]
 DEGREES = (1, 2, 3, 4)
 MOST_TERMS = 40  # of a polynomial of degree 3 or more
 GROWTH = 1.5  # from one neighbourhood size to the next
+SNAPPED = 1.25  # times the next size: a degree that starts no later starts there
 LARGEST = 600  # neighbourhood tried, for samples that are not many
 SCREENED = 100  # samples that every candidate predicts
 COMPARED = 1500  # samples that the better candidates predict
@@ -26,6 +27,8 @@ HOPELESS = 1.5  # times the least error of its degree: larger neighbourhoods onl
 DOUBTED = 2.0  # standard errors within which a candidate counts as good as the best
 BESIDE = 1  # recordings that should be within reach of each sample
 ACROSS = 6.0  # times the distance to them that neighbourhoods of recordings span at least
+USUAL = 0.75  # quantile of the errors above which a sample is none of the usual ones
+AROUND = 50  # left-out samples around a place that its shape is chosen by
 WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
 
 
@@ -47,12 +50,12 @@ def candidate_shapes(n_others: int, dim: int, largest: int, smallest: int = 1) -
         if degree > 2 and terms > MOST_TERMS:
             break
         least[degree] = max(int(np.ceil(SAMPLES_A_TERM * terms)) + 1, smallest)
-    sizes, k = set(least.values()), min(least.values())
-    while k <= largest:
-        sizes.add(k)
-        k = int(np.ceil(GROWTH * k))
+    sizes = [min(least.values())]
+    while sizes[-1] <= largest:
+        k = int(np.ceil(GROWTH * sizes[-1]))
+        sizes.append(min((low for low in least.values() if sizes[-1] < low <= SNAPPED * k), default=k))
     most = min(largest, n_others)
-    shapes = [Shape(g, k) for g, low in least.items() for k in sorted(sizes) if low <= k <= most]
+    shapes = [Shape(g, k) for g, low in least.items() for k in sizes if low <= k <= most]
     return shapes or [Shape(1, n_others)]
 
 
@@ -86,42 +89,58 @@ class _Judge(NamedTuple):
     jobs: int
 
     def __call__(self, degrees: Sequence[int], neighbours: int) -> Array:
-        """Squared errors, winsorised; (len(degrees), n)."""
+        """Squared errors of ascending degrees, winsorised; (len(degrees), n)."""
         others = self.others[:, :neighbours]
-        errors = held_out_residuals(self.samples, self.chosen, others, self.dim, degrees, self.jobs) ** 2
+        # Planes turn to a slope of their own: they are not fitted along with the others.
+        parts = [part for part in ([g for g in degrees if g == 1], [g for g in degrees if g > 1]) if part]
+        work = [held_out_residuals(self.samples, self.chosen, others, self.dim, part, self.jobs) for part in parts]
+        errors = np.concatenate(work) ** 2
         return np.minimum(errors, np.quantile(errors, WINSOR, axis=1, keepdims=True))
 
 
 class Chosen(NamedTuple):
-    """The shape taken and how well it predicts left-out samples.
+    """The shapes taken, each where it predicts left-out samples best.
 
     Attributes:
-        shape: of the local surfaces.
+        shapes: of the local surfaces.
+        taken: (n,) which of them serves around each left-out sample.
         squares: (n,) squared held-out residuals, winsorised.
         left_out: (n,) the samples that they are of.
         nearest: (n,) the sample nearest to each that was not left out with it.
-        trials: every candidate looked at.
+        trials: every candidate looked at; the one that serves most samples is marked.
     """
 
-    shape: Shape
+    shapes: list[Shape]
+    taken: Indices
     squares: Array
     left_out: Indices
     nearest: Indices
     trials: list[Trial]
 
     @property
+    def degree(self) -> int:
+        """The highest that is taken anywhere."""
+        return max(s.degree for s in self.shapes)
+
+    @property
     def residual(self) -> float:
         """Rms of the held-out residuals."""
         return float(np.sqrt(self.squares.mean()))
 
+    def at(self, samples: Array, centres: Array) -> Indices:
+        """Which shape serves at centres (M, D): that of the nearest left-out sample."""
+        return self.taken[KDTree(samples[self.left_out]).query(centres)[1]]
 
-def choose_shape(
+
+def choose_shapes(
     samples: Array, groups: Indices | None, dim: int, largest: int, seed: int, jobs: int, progress: Progress
 ) -> Chosen:
-    """Shape of the local surfaces.
+    """Shapes of the local surfaces.
 
-    Among candidates that cannot be told from the best (by the standard error of the paired difference) the one
-    with most samples a coefficient is taken: it averages noise best.
+    Around each sample, among candidates that cannot be told from the best there (by the standard error of the
+    paired difference) the one with most samples a coefficient is taken: it averages noise best. Folds ask for
+    smaller neighbourhoods than flat parts. So few samples around would not tell a bias that is everywhere, though:
+    candidates smoother than any that predicts the usual sample well are out.
 
     Args:
         samples: (N, D).
@@ -146,9 +165,19 @@ def choose_shape(
     progress("choosing the local surfaces", 0.4)
     comparison = judge(COMPARED, good := _worth_comparing(squares))
     squares |= _compare(comparison, good)
-    best = _smoothest({s: squares[s] for s in good}, dim)
-    nearest = comparison.others[:, 0]
-    return Chosen(best, squares[best], comparison.chosen, nearest, _trials(squares, best))
+    smooth = [s for s in good if smoothness(s, dim) <= _smoothest_usual({s: squares[s] for s in good}, dim)]
+    errors = np.array([squares[s] for s in smooth])
+    picked = _pick(errors, samples[comparison.chosen], np.array([smoothness(s, dim) for s in smooth]))
+    used, taken = np.unique(picked, return_inverse=True)
+    shapes = [smooth[i] for i in used]
+    trials = _trials(squares, shapes[int(np.bincount(taken).argmax())])
+    own = errors[picked, np.arange(len(picked))]
+    return Chosen(shapes, taken, own, comparison.chosen, comparison.others[:, 0], trials)
+
+
+def smoothness(shape: Shape, dim: int) -> float:
+    """Samples a coefficient."""
+    return shape.neighbours / terms_of(dim, shape.degree)
 
 
 def _trials(squares: dict[Shape, Array], best: Shape) -> list[Trial]:
@@ -179,7 +208,7 @@ def _compare(judge: _Judge, good: Sequence[Shape]) -> dict[Shape, Array]:
     """Squared errors of each shape, one neighbourhood size at a time."""
     found: dict[Shape, Array] = {}
     for k in {s.neighbours for s in good}:
-        degrees = [s.degree for s in good if s.neighbours == k]
+        degrees = sorted(s.degree for s in good if s.neighbours == k)
         found |= {Shape(g, k): e for g, e in zip(degrees, judge(degrees, k), strict=True)}
     return found
 
@@ -191,9 +220,32 @@ def _as_good(squares: dict[Shape, Array], errors: float) -> list[Shape]:
 
 
 def _worth_comparing(squares: dict[Shape, Array]) -> list[Shape]:
-    limit = BETTER**2 * min(e.mean() for e in squares.values())
-    return [s for s in _as_good(squares, WORSE) if squares[s].mean() <= limit]
+    """Candidates that may be best on average, or for most samples."""
+    found = set()
+    for errors in (squares, {s: np.minimum(e, np.median(e)) for s, e in squares.items()}):
+        limit = BETTER**2 * min(e.mean() for e in errors.values())
+        found |= {s for s in _as_good(errors, WORSE) if errors[s].mean() <= limit}
+    return sorted(found)
 
 
-def _smoothest(squares: dict[Shape, Array], dim: int) -> Shape:
-    return max(_as_good(squares, DOUBTED), key=lambda s: s.neighbours / terms_of(dim, s.degree))
+def _smoothest_usual(squares: dict[Shape, Array], dim: int) -> float:
+    """Most samples a coefficient among candidates as good as the best, however badly they do where it does badly."""
+    limit = np.quantile(min(squares.values(), key=np.mean), USUAL)
+    usual = {s: np.minimum(e, limit) for s, e in squares.items()}
+    return max(smoothness(s, dim) for s in _as_good(usual, DOUBTED))
+
+
+def _pick(errors: Array, places: Array, smooth: Array) -> Indices:
+    """For each of n places (n, D) the smoothest candidate that is as good as the best around it; (n,).
+
+    Args:
+        errors: (G, n) squared errors of the candidates.
+        places: of the samples that the errors are of.
+        smooth: (G,) samples a coefficient.
+    """
+    around = np.asarray(KDTree(places).query(places, min(AROUND, len(places)))[1]).reshape(len(places), -1)
+    local = errors[:, around]
+    difference = local - local[local.mean(2).argmin(0), np.arange(len(places))]
+    doubt = difference.std(2) / np.sqrt(around.shape[1])
+    as_good = difference.mean(2) <= DOUBTED * doubt
+    return np.where(as_good, smooth[:, None], -1.0).argmax(0)
