@@ -87,7 +87,7 @@ def test_the_shape_picked_is_as_good_as_the_best_around_by_hand():
     rng = np.random.default_rng(1)
     places, errors, smooth = rng.normal(size=(80, 2)), rng.chisquare(1, (3, 80)), np.array([1.0, 3.0, 2.0])
     errors[1, places[:, 0] > 0] *= 6
-    picked = shapes._pick(errors, places, smooth)
+    picked = shapes._pick(errors, places, smooth, shapes.AROUND)
     for i in (0, 7, 33):
         near = np.linalg.norm(places - places[i], axis=1).argsort()[: shapes.AROUND]
         gaps = errors[:, near] - errors[errors[:, near].mean(1).argmin(), near]

@@ -5,11 +5,9 @@ Anchors tie it to the data: at each, the samples around are written as v(u), dis
 position along the tangents. A surface evaluated at its own anchor is the denoised sample.
 """
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -17,13 +15,12 @@ from scipy.spatial import KDTree
 
 from skillfold.manifold.kernels import patches as kernels
 from skillfold.manifold.polynomials import Monomials, monomials, terms_of
+from skillfold.manifold.threads import in_parts
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
-T = TypeVar("T")
 
 SAMPLES_A_TERM = 1.5  # that a polynomial is fitted to, at least
-FEWEST_A_THREAD = 32  # fits: fewer are done sooner than a thread starts
 
 
 @dataclass(frozen=True)
@@ -67,17 +64,6 @@ def _layout(dim: int, degree: int) -> tuple[Monomials, int]:
     return monomials(dim, degree), terms_of(dim, min(degree, 2))
 
 
-def _in_parts(work: Callable[[slice], T], count: int, jobs: int) -> list[T]:
-    """Results of work on consecutive parts of `count` rows, one part a thread: compiled, it needs no lock."""
-    workers = min(effective_n_jobs(jobs), -(-count // FEWEST_A_THREAD))
-    bounds = np.linspace(0, count, workers + 1).astype(int)
-    parts = [slice(a, b) for a, b in pairwise(bounds)]
-    if workers == 1:
-        return [work(parts[0])]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(work, parts))
-
-
 def fit_surfaces(
     samples: Array, centres: Array, neighbours: Indices, dim: int, degree: int, jobs: int = 1
 ) -> LocalSurfaces:
@@ -90,14 +76,14 @@ def fit_surfaces(
         frames = _principal_frames(samples, centres[part], neighbours[part])
         return frames, *kernels.fit_patches(samples, centres[part], neighbours[part], frames, dim, *layout)
 
-    found = zip(*_in_parts(fit, len(centres), jobs), strict=True)
+    found = zip(*in_parts(fit, len(centres), jobs), strict=True)
     return LocalSurfaces(*(np.concatenate(parts) for parts in found))
 
 
-def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | None) -> Indices:
+def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | None, jobs: int = 1) -> Indices:
     """The k nearest samples of each chosen one, its own recording (or itself) left out; (len(chosen), k)."""
     if groups is None:
-        return np.asarray(KDTree(samples).query(samples[chosen], k + 1)[1])[:, 1:]
+        return np.asarray(KDTree(samples).query(samples[chosen], k + 1, workers=effective_n_jobs(jobs))[1])[:, 1:]
     found = np.empty((len(chosen), k), dtype=np.int64)
     for group in np.unique(groups[chosen]):
         others = np.flatnonzero(groups != group)
@@ -112,15 +98,19 @@ def held_out_residuals(
     """Distance of each chosen sample from the surface of the nearest sample that is not left out with it.
 
     That surface is fitted to `others` (n, k), sorted by distance, the chosen sample not among them. Judged at its
-    own centre a surface would hide the bias that it has where it is used, beside it. Several degrees cost hardly
-    more than the highest of them; (len(degrees), n).
+    own centre a surface would hide the bias that it has where it is used, beside it. Several ascending degrees cost
+    hardly more than the highest of them; (len(degrees), n).
     """
-    terms = np.array([terms_of(dim, degree) for degree in degrees])
-    layout = *_layout(dim, max(degrees)), terms
     others = np.ascontiguousarray(others)
+    # Planes turn to a slope of their own: they are not fitted along with the others.
+    together = [part for part in ([g for g in degrees if g == 1], [g for g in degrees if g > 1]) if part]
 
     def predict(part: slice) -> Array:
         frames = _principal_frames(samples, samples[others[part, 0]], others[part])
-        return kernels.predict_patches(samples, chosen[part], others[part], frames, dim, *layout)
+        rows = []
+        for some in together:
+            layout = *_layout(dim, max(some)), np.array([terms_of(dim, g) for g in some])
+            rows.append(kernels.predict_patches(samples, chosen[part], others[part], frames.copy(), dim, *layout))
+        return np.concatenate(rows)
 
-    return np.concatenate(_in_parts(predict, len(chosen), jobs), axis=1)
+    return np.concatenate(in_parts(predict, len(chosen), jobs), axis=1)

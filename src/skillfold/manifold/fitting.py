@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from joblib import effective_n_jobs
 from scipy.spatial import KDTree
 
 from skillfold.errors import InputError
@@ -103,7 +104,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
     build_graph(inner[chosen], neighbors, anchor_groups, scale=scale)  # says early where the samples fall apart
     progress("looking for the dimension", 0.0)
-    split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed)
+    split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed, options.jobs)
     outer, inner, dim = inner, inner @ split.kept, split.dim
     largest = max(LARGEST, min(len(inner) // 2, PER_ANCHOR * len(inner) // len(chosen)))
     judged = choose_shapes(inner, groups, dim, largest, options.seed, options.jobs, progress)
@@ -174,8 +175,9 @@ def _local_surfaces(inner: Array, centres: Array, judged: Chosen, dim: int, jobs
     frames, coefficients, radii = np.empty((M, D, D)), np.zeros((M, terms, D - dim)), np.empty(M)
     for index, shape in enumerate(judged.shapes):
         here = np.flatnonzero(served == index)
+        k = min(shape.neighbours + 1, len(inner))
         if len(here):
-            neighbours = np.asarray(tree.query(centres[here], min(shape.neighbours + 1, len(inner)))[1])
+            neighbours = np.asarray(tree.query(centres[here], k, workers=effective_n_jobs(jobs))[1])
             local = fit_surfaces(inner, centres[here], neighbours, dim, shape.degree, jobs)
             frames[here], radii[here] = local.frames, local.radii
             coefficients[here, : local.coefficients.shape[1]] = local.coefficients

@@ -91,10 +91,7 @@ class _Judge(NamedTuple):
     def __call__(self, degrees: Sequence[int], neighbours: int) -> Array:
         """Squared errors of ascending degrees, winsorised; (len(degrees), n)."""
         others = self.others[:, :neighbours]
-        # Planes turn to a slope of their own: they are not fitted along with the others.
-        parts = [part for part in ([g for g in degrees if g == 1], [g for g in degrees if g > 1]) if part]
-        work = [held_out_residuals(self.samples, self.chosen, others, self.dim, part, self.jobs) for part in parts]
-        errors = np.concatenate(work) ** 2
+        errors = held_out_residuals(self.samples, self.chosen, others, self.dim, degrees, self.jobs) ** 2
         return np.minimum(errors, np.quantile(errors, WINSOR, axis=1, keepdims=True))
 
 
@@ -140,7 +137,8 @@ def choose_shapes(
     Around each sample, among candidates that cannot be told from the best there (by the standard error of the
     paired difference) the one with most samples a coefficient is taken: it averages noise best. Folds ask for
     smaller neighbourhoods than flat parts. So few samples around would not tell a bias that is everywhere, though:
-    candidates smoother than any that predicts the usual sample well are out.
+    candidates smoother than any that predicts the usual sample well are out. Recordings get one shape: what they
+    are off by is how they differ from each other, not a fold.
 
     Args:
         samples: (N, D).
@@ -157,7 +155,7 @@ def choose_shapes(
 
     def judge(count: int, good: Sequence[Shape]) -> _Judge:
         chosen = spread_out(len(samples), count, seed)
-        others = nearest_others(samples, chosen, max(s.neighbours for s in good), groups)
+        others = nearest_others(samples, chosen, max(s.neighbours for s in good), groups, jobs)
         return _Judge(samples, chosen, others, dim, jobs)
 
     progress("choosing the local surfaces", 0.0)
@@ -167,7 +165,8 @@ def choose_shapes(
     squares |= _compare(comparison, good)
     smooth = [s for s in good if smoothness(s, dim) <= _smoothest_usual({s: squares[s] for s in good}, dim)]
     errors = np.array([squares[s] for s in smooth])
-    picked = _pick(errors, samples[comparison.chosen], np.array([smoothness(s, dim) for s in smooth]))
+    reach = AROUND if groups is None else len(comparison.chosen)
+    picked = _pick(errors, samples[comparison.chosen], np.array([smoothness(s, dim) for s in smooth]), reach)
     used, taken = np.unique(picked, return_inverse=True)
     shapes = [smooth[i] for i in used]
     trials = _trials(squares, shapes[int(np.bincount(taken).argmax())])
@@ -235,17 +234,21 @@ def _smoothest_usual(squares: dict[Shape, Array], dim: int) -> float:
     return max(smoothness(s, dim) for s in _as_good(usual, DOUBTED))
 
 
-def _pick(errors: Array, places: Array, smooth: Array) -> Indices:
+def _pick(errors: Array, places: Array, smooth: Array, reach: int) -> Indices:
     """For each of n places (n, D) the smoothest candidate that is as good as the best around it; (n,).
 
     Args:
         errors: (G, n) squared errors of the candidates.
         places: of the samples that the errors are of.
         smooth: (G,) samples a coefficient.
+        reach: places around each whose errors are averaged; where it is all of them, all get the same.
     """
-    around = np.asarray(KDTree(places).query(places, min(AROUND, len(places)))[1]).reshape(len(places), -1)
+    if reach >= len(places):
+        around = np.arange(len(places))[None]
+    else:
+        around = np.asarray(KDTree(places).query(places, reach)[1]).reshape(len(places), -1)
     local = errors[:, around]
-    difference = local - local[local.mean(2).argmin(0), np.arange(len(places))]
+    difference = local - local[local.mean(2).argmin(0), np.arange(len(around))]
     doubt = difference.std(2) / np.sqrt(around.shape[1])
     as_good = difference.mean(2) <= DOUBTED * doubt
-    return np.where(as_good, smooth[:, None], -1.0).argmax(0)
+    return np.broadcast_to(np.where(as_good, smooth[:, None], -1.0).argmax(0), len(places))

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import csr_matrix
 
 from skillfold.manifold.kernels.alignment import align_steps
 
@@ -42,9 +43,10 @@ def smoothness_matrix(values: Array, edges: Indices, n_samples: int) -> Array:
     """L with Σ_{e, e' sharing a sample} ‖H(m_e) − H(m_e')‖² = tr(W' L W) for each column of H; (K, K)."""
     degree = np.bincount(edges.ravel(), minlength=n_samples)
     weight = degree[edges].sum(1)
-    sums = np.zeros((n_samples, values.shape[1]))
-    np.add.at(sums, edges[:, 0], values)
-    np.add.at(sums, edges[:, 1], values)
+    incidence = csr_matrix(
+        (np.ones(edges.size), edges.ravel(), 2 * np.arange(len(edges) + 1)), (len(edges), n_samples)
+    )
+    sums = incidence.T @ values
     raw = (values * weight[:, None]).T @ values - sums.T @ sums
     eigenvalues, vectors = np.linalg.eigh((raw + raw.T) / 2)
     # Rounding in the difference may leave eigenvalues a little below zero.

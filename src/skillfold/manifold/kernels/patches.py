@@ -28,35 +28,34 @@ class Room(NamedTuple):
     Attributes:
         offsets: (D, k) of the neighbours from the centre.
         weights: (k,).
-        local: (D, k) offsets in the frame.
-        values: (P, k) monomials.
+        along: (d, k) offsets along the tangents, over the radius.
+        rows: (P + D - d, k) monomials, then offsets along the normals.
         weighted: (k,) one monomial times the weights.
-        gram: (P, P) normal equations, then their Cholesky factor; the lower half.
-        right: (D - d, P) right-hand sides, then what forward substitution makes of them.
+        gram: (P + D - d, P) products of the rows, the lower half: normal equations and, below them, their right-hand
+            sides; then the Cholesky factor and, below, the right-hand sides after forward substitution.
         solution: (D - d, P).
     """
 
     offsets: Array
     weights: Array
-    local: Array
-    values: Array
+    along: Array
+    rows: Array
     weighted: Array
     gram: Array
-    right: Array
     solution: Array
 
 
 @njit
-def make_room(k: int, P: int, D: int, normals: int) -> Room:
+def make_room(k: int, P: int, D: int, dim: int) -> Room:
     """Room for one fit."""
+    normals = D - dim
     return Room(
         np.empty((D, k)),
         np.empty(k),
-        np.empty((D, k)),
-        np.empty((P, k)),
+        np.empty((dim, k)),
+        np.empty((P + normals, k)),
         np.empty(k),
-        np.empty((P, P)),
-        np.empty((normals, P)),
+        np.empty((P + normals, P)),
         np.empty((normals, P)),
     )
 
@@ -81,77 +80,94 @@ def gather(samples: Array, centre: Array, neighbours: Indices, room: Room) -> fl
 def scatters(samples: Array, centres: Array, neighbours: Indices) -> Array:
     """Weighted scatter (D, D) of the neighbours of each centre about their mean; (M, D, D)."""
     (M, k), D = neighbours.shape, samples.shape[1]
-    room = make_room(k, 1, D, 1)
+    room = make_room(k, 0, D, 0)
     mean, result = np.empty(D), np.empty((M, D, D))
     for m in range(M):
         gather(samples, centres[m], neighbours[m], room)
         total = room.weights.sum()
         for c in range(D):
             for i in range(k):
-                room.local[c, i] = room.offsets[c, i] * room.weights[i]
-            mean[c] = room.local[c].sum() / total
+                room.rows[c, i] = room.offsets[c, i] * room.weights[i]
+            mean[c] = room.rows[c].sum() / total
         for c in range(D):
             for e in range(c + 1):
                 s = 0.0
                 for i in range(k):
-                    s += room.local[c, i] * room.offsets[e, i]
+                    s += room.rows[c, i] * room.offsets[e, i]
                 result[m, c, e] = result[m, e, c] = s - total * mean[c] * mean[e]
     return result
 
 
 @njit
+def component(direction: Array, scale: float, offsets: Array, out: Array) -> None:
+    """Components (k,) of offsets (D, k) along a direction, times the scale."""
+    out[:] = 0.0
+    for c in range(direction.size):
+        for i in range(out.size):
+            out[i] += scale * direction[c] * offsets[c, i]
+
+
+@njit
 def assemble(frame: Array, radius: float, dim: int, table: Monomials, terms: int, room: Room) -> None:
-    """Normal equations of the first `terms` monomials of u / radius in the frame into room.gram and room.right."""
+    """Normal equations of the first `terms` monomials of u / radius in the frame into room.gram."""
     D, k = room.offsets.shape
-    for c in range(D):
-        room.local[c] = 0.0
-        for e in range(D):
-            for i in range(k):
-                room.local[c, i] += frame[c, e] * room.offsets[e, i]
-    for c in range(dim):
+    for a in range(dim):
+        component(frame[a], 1.0 / radius, room.offsets, room.along[a])
+    room.rows[0] = 1.0
+    for j in range(1, terms):
         for i in range(k):
-            room.local[c, i] /= radius
-    room.values[0] = 1.0
+            room.rows[j, i] = room.rows[table.parents[j], i] * room.along[table.factors[j], i]
+    for n in range(D - dim):
+        component(frame[dim + n], 1.0, room.offsets, room.rows[terms + n])
     for j in range(terms):
         for i in range(k):
-            if j > 0:
-                room.values[j, i] = room.values[table.parents[j], i] * room.local[table.factors[j], i]
-            room.weighted[i] = room.values[j, i] * room.weights[i]
-        for h in range(j + 1):
-            s = 0.0
-            for i in range(k):
-                s += room.weighted[i] * room.values[h, i]
-            room.gram[j, h] = s
-        for n in range(D - dim):
-            s = 0.0
-            for i in range(k):
-                s += room.weighted[i] * room.local[dim + n, i]
-            room.right[n, j] = s
+            room.weighted[i] = room.rows[j, i] * room.weights[i]
+        products(room.rows, room.weighted, j, terms + D - dim, room.gram[:, j])
 
 
 @njit
-def factorise(terms: int, room: Room) -> None:
-    """Cholesky factor of the leading block of room.gram plus the ridge, in place; right ← L⁻¹ right."""
+def products(rows: Array, weighted: Array, first: int, end: int, out: Array) -> None:
+    """Products of rows first to end with one weighted row; four at a time, so that its values are loaded once."""
+    h = first
+    while h + 3 < end:
+        s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+        for i in range(weighted.size):
+            w = weighted[i]
+            s0 += w * rows[h, i]
+            s1 += w * rows[h + 1, i]
+            s2 += w * rows[h + 2, i]
+            s3 += w * rows[h + 3, i]
+        out[h], out[h + 1], out[h + 2], out[h + 3] = s0, s1, s2, s3
+        h += 4
+    while h < end:
+        s = 0.0
+        for i in range(weighted.size):
+            s += weighted[i] * rows[h, i]
+        out[h] = s
+        h += 1
+
+
+@njit
+def factorise(terms: int, normals: int, room: Room) -> None:
+    """Cholesky factor of the normal equations plus the ridge, in place.
+
+    The right-hand sides are further rows: what a factor's row takes is forward substitution to them.
+    """
     ridge = RIDGE * room.gram[0, 0] + 1e-300
-    for j in range(terms):
-        for h in range(j + 1):
-            s = room.gram[j, h]
-            for i in range(h):
-                s -= room.gram[j, i] * room.gram[h, i]
-            room.gram[j, h] = s / room.gram[h, h] if h < j else math.sqrt(max(s, 0.0) + ridge)
-        for n in range(room.right.shape[0]):
-            s = room.right[n, j]
+    for h in range(terms + normals):
+        for j in range(min(h + 1, terms)):
+            s = room.gram[h, j]
             for i in range(j):
-                s -= room.gram[j, i] * room.right[n, i]
-            room.right[n, j] = s / room.gram[j, j]
+                s -= room.gram[h, i] * room.gram[j, i]
+            room.gram[h, j] = s / room.gram[j, j] if j < h else math.sqrt(max(s, 0.0) + ridge)
 
 
 @njit
-def substitute(terms: int, room: Room) -> None:
-    """Coefficients of the first `terms` monomials alone into room.solution, from what `factorise` left."""
-    for n in range(room.right.shape[0]):
+def substitute(terms: int, fitted: int, room: Room) -> None:
+    """Coefficients of the first `terms` monomials alone into room.solution, where `fitted` ones were factorised."""
+    for n in range(room.solution.shape[0]):
         for j in range(terms):
-            room.solution[n, j] = room.right[n, j]
+            room.solution[n, j] = room.gram[fitted + n, j]
         for j in range(terms - 1, -1, -1):
             room.solution[n, j] /= room.gram[j, j]
             for i in range(j):
@@ -190,11 +206,11 @@ def fit_one(
     radius = gather(samples, centre, neighbours, room)
     for _ in range(turns):
         assemble(frame, radius, dim, table, turning, room)
-        factorise(turning, room)
-        substitute(turning, room)
+        factorise(turning, centre.size - dim, room)
+        substitute(turning, turning, room)
         turn(frame, radius, dim, room)
     assemble(frame, radius, dim, table, terms, room)
-    factorise(terms, room)
+    factorise(terms, centre.size - dim, room)
     return radius
 
 
@@ -214,13 +230,13 @@ def fit_patches(
     Returns coefficients (M, terms, D - d) and radii (M,).
     """
     (M, k), D = neighbours.shape, samples.shape[1]
-    room = make_room(k, max(turning, terms), D, D - dim)
+    room = make_room(k, max(turning, terms), D, dim)
     coefficients, radii = np.empty((M, terms, D - dim)), np.empty(M)
     for m in range(M):
         radii[m] = fit_one(
             samples, centres[m], neighbours[m], frames[m], dim, table, turning, terms, FITTED_TURNS, room
         )
-        substitute(terms, room)
+        substitute(terms, terms, room)
         coefficients[m] = room.solution[:, :terms].T
     return coefficients, radii
 
@@ -241,7 +257,7 @@ def predict_patches(
     One row for each number of leading monomials in `terms`; the frames (M, D, D) are turned.
     """
     (M, k), D, P = neighbours.shape, samples.shape[1], terms.max()
-    room = make_room(k, max(turning, P), D, D - dim)
+    room = make_room(k, max(turning, P), D, dim)
     local, values, errors = np.empty(D), np.empty(P), np.empty((terms.size, M))
     for m in range(M):
         centre = samples[neighbours[m, 0]]
@@ -254,7 +270,7 @@ def predict_patches(
         for j in range(1, P):
             values[j] = values[table.parents[j]] * local[table.factors[j]] / radius
         for t in range(terms.size):
-            substitute(terms[t], room)
+            substitute(terms[t], P, room)
             square = 0.0
             for n in range(D - dim):
                 s = local[dim + n]
