@@ -85,14 +85,17 @@ def test_folds_take_smaller_neighbourhoods_than_flat_parts():
 
 def test_the_shape_picked_is_as_good_as_the_best_around_by_hand():
     rng = np.random.default_rng(1)
-    places, errors, smooth = rng.normal(size=(80, 2)), rng.chisquare(1, (3, 80)), np.array([1.0, 3.0, 2.0])
-    errors[1, places[:, 0] > 0] *= 6
-    picked = shapes._pick(errors, places, smooth, shapes.AROUND)
+    places, candidates = rng.normal(size=(80, 2)), [Shape(1, 9), Shape(2, 36), Shape(1, 15)]
+    squares = {shape: rng.chisquare(1, 80) for shape in candidates}
+    squares[candidates[1]][places[:, 0] > 0] *= 6
+    picked = shapes._pick(squares, places, 2, shapes.AROUND)
+    errors = np.array(list(squares.values()))
     for i in (0, 7, 33):
         near = np.linalg.norm(places - places[i], axis=1).argsort()[: shapes.AROUND]
         gaps = errors[:, near] - errors[errors[:, near].mean(1).argmin(), near]
         good = [g for g in range(3) if gaps[g].mean() <= shapes.DOUBTED * gaps[g].std() / np.sqrt(len(near))]
-        assert picked[i] == max(good, key=lambda g: smooth[g])
+        assert picked[i] == max((candidates[g] for g in good), key=lambda s: smoothness(s, 2))
+    assert len(set(shapes._pick(squares, places, 2, 80))) == 1
 
 
 def test_recordings_are_left_out_whole():

@@ -14,13 +14,15 @@ from joblib import effective_n_jobs
 from scipy.spatial import KDTree
 
 from skillfold.manifold.kernels import patches as kernels
-from skillfold.manifold.polynomials import Monomials, monomials, terms_of
+from skillfold.manifold.polynomials import Monomials, design, monomials, terms_of
 from skillfold.manifold.threads import in_parts
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 SAMPLES_A_TERM = 1.5  # that a polynomial is fitted to, at least
+TURNS = 2  # of a frame to its own surface's slope
+JUDGED_TURNS = 1  # the same, where only heights above it are asked for, not tangents
 
 
 @dataclass(frozen=True)
@@ -59,25 +61,30 @@ def _principal_frames(samples: Array, centres: Array, neighbours: Indices) -> Ar
     return np.ascontiguousarray(np.swapaxes(vectors[:, :, ::-1], 1, 2))
 
 
-def _layout(dim: int, degree: int) -> tuple[Monomials, int]:
-    """Monomials for fits up to a degree, and how many of them tell a frame's slope: quadratic ones, or a plane's."""
-    return monomials(dim, degree), terms_of(dim, min(degree, 2))
+def _layout(dim: int, degrees: Sequence[int]) -> tuple[Monomials, int, Indices]:
+    """Monomials for fits up to the last degree, how many of them tell a frame's slope, and how many each degree has.
+
+    Quadratic ones tell the slope, or a plane's where nothing else is fitted.
+    """
+    terms = np.array([terms_of(dim, degree) for degree in degrees])
+    return monomials(dim, degrees[-1]), terms_of(dim, min(degrees[-1], 2)), terms
 
 
 def fit_surfaces(
     samples: Array, centres: Array, neighbours: Indices, dim: int, degree: int, jobs: int = 1
 ) -> LocalSurfaces:
     """Local surfaces at centres (M, D) from the samples (N, D) that neighbours (M, k) name."""
-    layout = *_layout(dim, degree), terms_of(dim, degree)
-
+    layout = _layout(dim, [degree])
     neighbours = np.ascontiguousarray(neighbours)
 
-    def fit(part: slice) -> tuple[Array, Array, Array]:
+    def fit(part: slice) -> LocalSurfaces:
         frames = _principal_frames(samples, centres[part], neighbours[part])
-        return frames, *kernels.fit_patches(samples, centres[part], neighbours[part], frames, dim, *layout)
+        fits = kernels.fit_patches(samples, centres[part], neighbours[part], frames, dim, *layout, TURNS)
+        return LocalSurfaces(frames, fits[0][0], fits[1])
 
-    found = zip(*in_parts(fit, len(centres), jobs), strict=True)
-    return LocalSurfaces(*(np.concatenate(parts) for parts in found))
+    parts = in_parts(fit, len(centres), jobs)
+    found = zip(*((p.frames, p.coefficients, p.radii) for p in parts), strict=True)
+    return LocalSurfaces(*(np.concatenate(arrays) for arrays in found))
 
 
 def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | None, jobs: int = 1) -> Indices:
@@ -106,11 +113,15 @@ def held_out_residuals(
     together = [part for part in ([g for g in degrees if g == 1], [g for g in degrees if g > 1]) if part]
 
     def predict(part: slice) -> Array:
-        frames = _principal_frames(samples, samples[others[part, 0]], others[part])
+        centres, around = samples[others[part, 0]], others[part]
+        principal = _principal_frames(samples, centres, around)
         rows = []
         for some in together:
-            layout = *_layout(dim, max(some)), np.array([terms_of(dim, g) for g in some])
-            rows.append(kernels.predict_patches(samples, chosen[part], others[part], frames.copy(), dim, *layout))
+            frames, layout = principal.copy(), _layout(dim, some)
+            fits, radii = kernels.fit_patches(samples, centres, around, frames, dim, *layout, JUDGED_TURNS)
+            local = np.einsum("mij,mj->mi", frames, samples[chosen[part]] - centres)
+            values = design(local[:, :dim] / radii[:, None], layout[0])
+            rows.append(np.linalg.norm(local[:, dim:] - np.einsum("mp,tmpn->tmn", values, fits), axis=2))
         return np.concatenate(rows)
 
     return np.concatenate(in_parts(predict, len(chosen), jobs), axis=1)

@@ -29,6 +29,7 @@ BESIDE = 1  # recordings that should be within reach of each sample
 ACROSS = 6.0  # times the distance to them that neighbourhoods of recordings span at least
 USUAL = 0.75  # quantile of the errors above which a sample is none of the usual ones
 AROUND = 50  # left-out samples around a place that its shape is chosen by
+RARE = 0.05  # share of samples that a high degree must serve: every anchor pays for its terms in every query
 WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
 
 
@@ -164,13 +165,16 @@ def choose_shapes(
     comparison = judge(COMPARED, good := _worth_comparing(squares))
     squares |= _compare(comparison, good)
     smooth = [s for s in good if smoothness(s, dim) <= _smoothest_usual({s: squares[s] for s in good}, dim)]
-    errors = np.array([squares[s] for s in smooth])
     reach = AROUND if groups is None else len(comparison.chosen)
-    picked = _pick(errors, samples[comparison.chosen], np.array([smoothness(s, dim) for s in smooth]), reach)
-    used, taken = np.unique(picked, return_inverse=True)
-    shapes = [smooth[i] for i in used]
+    picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
+    # A high degree that hardly any sample asks for is not worth its terms at every anchor.
+    common = np.quantile([s.degree for s in picked], 1.0 - RARE, method="higher")
+    smooth = [s for s in smooth if s.degree <= common]
+    picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
+    shapes = sorted(set(picked))
+    taken = np.array([shapes.index(s) for s in picked])
+    own = np.array([squares[s][i] for i, s in enumerate(picked)])
     trials = _trials(squares, shapes[int(np.bincount(taken).argmax())])
-    own = errors[picked, np.arange(len(picked))]
     return Chosen(shapes, taken, own, comparison.chosen, comparison.others[:, 0], trials)
 
 
@@ -234,21 +238,22 @@ def _smoothest_usual(squares: dict[Shape, Array], dim: int) -> float:
     return max(smoothness(s, dim) for s in _as_good(usual, DOUBTED))
 
 
-def _pick(errors: Array, places: Array, smooth: Array, reach: int) -> Indices:
-    """For each of n places (n, D) the smoothest candidate that is as good as the best around it; (n,).
+def _pick(squares: dict[Shape, Array], places: Array, dim: int, reach: int) -> list[Shape]:
+    """For each of n places the smoothest candidate that is as good as the best around it.
 
     Args:
-        errors: (G, n) squared errors of the candidates.
-        places: of the samples that the errors are of.
-        smooth: (G,) samples a coefficient.
+        squares: (n,) squared errors of each candidate.
+        places: (n, D) of the samples that the errors are of.
+        dim: d.
         reach: places around each whose errors are averaged; where it is all of them, all get the same.
     """
     if reach >= len(places):
         around = np.arange(len(places))[None]
     else:
         around = np.asarray(KDTree(places).query(places, reach)[1]).reshape(len(places), -1)
-    local = errors[:, around]
+    shapes, local = list(squares), np.array(list(squares.values()))[:, around]
     difference = local - local[local.mean(2).argmin(0), np.arange(len(around))]
-    doubt = difference.std(2) / np.sqrt(around.shape[1])
-    as_good = difference.mean(2) <= DOUBTED * doubt
-    return np.broadcast_to(np.where(as_good, smooth[:, None], -1.0).argmax(0), len(places))
+    as_good = difference.mean(2) <= DOUBTED * difference.std(2) / np.sqrt(around.shape[1])
+    samples_a_term = np.array([smoothness(s, dim) for s in shapes])
+    best = np.where(as_good, samples_a_term[:, None], -1.0).argmax(0)
+    return [shapes[i] for i in np.broadcast_to(best, len(places))]

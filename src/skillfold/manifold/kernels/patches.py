@@ -17,8 +17,6 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 MARGIN = 1.05  # times the farthest neighbour's distance: the radius at which weights vanish
-FITTED_TURNS = 2  # of a frame to its own surface's slope, where its tangents are used after
-JUDGED_TURNS = 1  # the same, where only heights above it are asked for
 RIDGE = 1e-10  # of the sum of weights; keeps a fit to too few or aligned neighbours solvable
 
 
@@ -223,59 +221,21 @@ def fit_patches(
     dim: int,
     table: Monomials,
     turning: int,
-    terms: int,
-) -> tuple:
-    """Polynomials of `terms` monomials at centres (M, D); frames (M, D, D) are turned.
-
-    Returns coefficients (M, terms, D - d) and radii (M,).
-    """
-    (M, k), D = neighbours.shape, samples.shape[1]
-    room = make_room(k, max(turning, terms), D, dim)
-    coefficients, radii = np.empty((M, terms, D - dim)), np.empty(M)
-    for m in range(M):
-        radii[m] = fit_one(
-            samples, centres[m], neighbours[m], frames[m], dim, table, turning, terms, FITTED_TURNS, room
-        )
-        substitute(terms, terms, room)
-        coefficients[m] = room.solution[:, :terms].T
-    return coefficients, radii
-
-
-@njit
-def predict_patches(
-    samples: Array,
-    chosen: Indices,
-    neighbours: Indices,
-    frames: Array,
-    dim: int,
-    table: Monomials,
-    turning: int,
     terms: Indices,
-) -> Array:
-    """Distances of samples `chosen` (M,) from the polynomials at the first of their neighbours; (len(terms), M).
+    turns: int,
+) -> tuple:
+    """Polynomials at centres (M, D), one for each number of leading monomials in `terms`; frames are turned.
 
-    One row for each number of leading monomials in `terms`; the frames (M, D, D) are turned.
+    Returns coefficients (len(terms), M, max(terms), D - d), zero beyond a polynomial's own terms, and radii (M,).
     """
     (M, k), D, P = neighbours.shape, samples.shape[1], terms.max()
     room = make_room(k, max(turning, P), D, dim)
-    local, values, errors = np.empty(D), np.empty(P), np.empty((terms.size, M))
+    coefficients, radii = np.zeros((terms.size, M, P, D - dim)), np.empty(M)
     for m in range(M):
-        centre = samples[neighbours[m, 0]]
-        radius = fit_one(samples, centre, neighbours[m], frames[m], dim, table, turning, P, JUDGED_TURNS, room)
-        for c in range(D):
-            local[c] = 0.0
-            for e in range(D):
-                local[c] += frames[m, c, e] * (samples[chosen[m], e] - centre[e])
-        values[0] = 1.0
-        for j in range(1, P):
-            values[j] = values[table.parents[j]] * local[table.factors[j]] / radius
+        radii[m] = fit_one(samples, centres[m], neighbours[m], frames[m], dim, table, turning, P, turns, room)
         for t in range(terms.size):
             substitute(terms[t], P, room)
-            square = 0.0
-            for n in range(D - dim):
-                s = local[dim + n]
-                for j in range(terms[t]):
-                    s -= values[j] * room.solution[n, j]
-                square += s**2
-            errors[t, m] = math.sqrt(square)
-    return errors
+            for j in range(terms[t]):
+                for n in range(D - dim):
+                    coefficients[t, m, j, n] = room.solution[n, j]
+    return coefficients, radii
