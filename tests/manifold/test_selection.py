@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from manifold import clouds
-from skillfold.manifold import selection
+from skillfold.manifold import selection, shapes
 from skillfold.manifold.anchors import fit_surfaces, held_out_residuals, nearest_others
 from skillfold.manifold.graph import align_frames, build_graph
-from skillfold.manifold.selection import LARGEST, Shape, candidate_shapes, choose_field, choose_shape
+from skillfold.manifold.selection import choose_field
+from skillfold.manifold.shapes import LARGEST, Shape, candidate_shapes, choose_shapes, smoothness
 from skillfold.manifold.table import Selection, Trial
 
 
@@ -19,14 +20,14 @@ def silent(stage, share):
 
 @pytest.mark.parametrize(("n", "d"), [(50, 1), (200, 2), (1000, 3), (5, 1), (2000, 6)])
 def test_candidates_have_enough_neighbours_for_their_terms(n, d):
-    shapes = candidate_shapes(n, d, LARGEST)
-    assert shapes
-    assert len(set(shapes)) == len(shapes)
-    for degree, neighbours in shapes:
+    found = candidate_shapes(n, d, LARGEST)
+    assert found
+    assert len(set(found)) == len(found)
+    for degree, neighbours in found:
         terms = math.comb(d + degree, degree)
         assert 1 <= neighbours <= min(n, LARGEST)
-        assert neighbours > terms or shapes == [Shape(1, n)]
-        assert degree <= 2 or terms <= selection.MOST_TERMS
+        assert neighbours > terms or found == [Shape(1, n)]
+        assert degree <= 2 or terms <= shapes.MOST_TERMS
 
 
 def test_where_hardly_any_samples_are_left_a_plane_through_all_is_tried():
@@ -35,11 +36,12 @@ def test_where_hardly_any_samples_are_left_a_plane_through_all_is_tried():
 
 def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
     x = clouds.normalised(clouds.draw_sphere(400, np.random.default_rng(0)))
-    best, residual, trials = choose_shape(x, None, 2, LARGEST, 0, 1, silent)
-    assert [t.setting for t in trials if t.chosen] == [f"degree {best.degree}, {best.neighbours} neighbours"]
-    assert residual == min(t.score for t in trials if t.chosen)
-    assert residual <= 1.1 * min(t.score for t in trials)
-    assert best.degree >= 2  # a sphere is bent
+    found = choose_shapes(x, None, 2, LARGEST, 0, 1, silent)
+    trials = found.trials
+    most = found.shapes[np.bincount(found.taken).argmax()]
+    assert [t.setting for t in trials if t.chosen] == [f"degree {most.degree}, {most.neighbours} neighbours"]
+    assert found.residual <= 1.1 * min(t.score for t in trials)
+    assert min(s.degree for s in found.shapes) >= 2  # a sphere is bent everywhere
     possible = {f"degree {s.degree}, {s.neighbours} neighbours" for s in candidate_shapes(399, 2, LARGEST)}
     assert {t.setting for t in trials} <= possible
     assert len(trials) > 10
@@ -48,34 +50,60 @@ def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
 def test_scores_are_winsorised_held_out_residuals():
     """Of so few samples every one is predicted."""
     x = clouds.normalised(clouds.torus(90, np.random.default_rng(0)))
-    _, _, trials = choose_shape(x, None, 2, 20, 0, 1, silent)
+    trials = choose_shapes(x, None, 2, 20, 0, 1, silent).trials
     everything = np.arange(90)
     for trial in trials:
         degree, neighbours = (int(word) for word in trial.setting.replace(",", "").split() if word.isdigit())
         others = nearest_others(x, everything, neighbours, None)
-        squares = held_out_residuals(x, everything, others, 2, degree) ** 2
-        expected = np.sqrt(np.minimum(squares, np.quantile(squares, selection.WINSOR)).mean())
+        squares = held_out_residuals(x, everything, others, 2, [degree])[0] ** 2
+        expected = np.sqrt(np.minimum(squares, np.quantile(squares, shapes.WINSOR)).mean())
         assert trial.score == pytest.approx(expected, rel=1e-9)
 
 
 def test_noise_asks_for_larger_neighbourhoods():
     rng = np.random.default_rng(0)
     x = clouds.draw_sphere(800, rng)
-    quiet = choose_shape(clouds.normalised(x), None, 2, LARGEST, 0, 1, silent)[0]
-    noisy = choose_shape(clouds.normalised(x + 0.05 * rng.normal(size=x.shape)), None, 2, LARGEST, 0, 1, silent)[0]
+    noise = 0.05 * rng.normal(size=x.shape)
+    quiet, noisy = (choose_shapes(clouds.normalised(y), None, 2, LARGEST, 0, 1, silent) for y in (x, x + noise))
 
-    def samples_a_coefficient(shape):
-        return shape.neighbours / math.comb(2 + shape.degree, 2)
+    def samples_a_coefficient(found):
+        return np.mean([smoothness(found.shapes[i], 2) for i in found.taken])
 
     assert samples_a_coefficient(noisy) > 3 * samples_a_coefficient(quiet)
+
+
+def test_folds_take_smaller_neighbourhoods_than_flat_parts():
+    """A noisy sheet that is flat but for a strip that waves."""
+    rng = np.random.default_rng(0)
+    u = rng.uniform(-1, 1, (1000, 2))
+    x = np.column_stack([u, 0.3 * np.sin(8 * (u[:, 0] - 0.5)) * (u[:, 0] > 0.5)]) + 0.02 * rng.normal(size=(1000, 3))
+    found = choose_shapes(x, None, 2, LARGEST, 0, 1, silent)
+    smooth = np.array([smoothness(shape, 2) for shape in found.shapes])
+    flat, waves = (smooth[found.at(x, x[side])].mean() for side in (u[:, 0] < 0.2, u[:, 0] > 0.6))
+    assert flat > 1.25 * waves
+
+
+def test_the_shape_picked_is_as_good_as_the_best_around_by_hand():
+    rng = np.random.default_rng(1)
+    places, candidates = rng.normal(size=(80, 2)), [Shape(1, 9), Shape(2, 36), Shape(1, 15)]
+    squares = {shape: rng.chisquare(1, 80) for shape in candidates}
+    squares[candidates[1]][places[:, 0] > 0] *= 6
+    picked = shapes._pick(squares, places, 2, shapes.AROUND)
+    errors = np.array(list(squares.values()))
+    for i in (0, 7, 33):
+        near = np.linalg.norm(places - places[i], axis=1).argsort()[: shapes.AROUND]
+        gaps = errors[:, near] - errors[errors[:, near].mean(1).argmin(), near]
+        good = [g for g in range(3) if gaps[g].mean() <= shapes.DOUBTED * gaps[g].std() / np.sqrt(len(near))]
+        assert picked[i] == max((candidates[g] for g in good), key=lambda s: smoothness(s, 2))
+    assert len(set(shapes._pick(squares, places, 2, 80))) == 1
 
 
 def test_recordings_are_left_out_whole():
     """Held-out residuals then tell the spread between recordings, not the noise along one."""
     t = np.linspace(0, 1, 60)
     x = np.vstack([np.column_stack([t, np.sin(2 * t) + 0.1 * i]) for i in range(6)])
-    by_recording = choose_shape(x, np.repeat(np.arange(6), 60), 1, 60, 0, 1, silent)[1]
-    by_sample = choose_shape(x, None, 1, 60, 0, 1, silent)[1]
+    by_recording = choose_shapes(x, np.repeat(np.arange(6), 60), 1, 60, 0, 1, silent).residual
+    by_sample = choose_shapes(x, None, 1, 60, 0, 1, silent).residual
     assert by_recording > 0.02
     assert by_recording > by_sample
 
@@ -98,17 +126,17 @@ def prepared():
 
 
 def test_what_is_given_is_not_chosen(prepared):
-    features, ridge, trials = choose_field(*prepared, None, 7, 1e-3, 0, 1, silent)
-    assert (len(features.centres), ridge, trials) == (7, 1e-3, [])
+    features, trials = choose_field(*prepared, None, 7, 1e-3, 0, 1, silent)
+    assert (len(features.centres), trials) == (7, [])
 
 
 def test_the_field_taken_leaves_least_of_held_out_steps(prepared):
     stages = []
-    features, ridge, trials = choose_field(*prepared, None, None, 1e-5, 0, 1, lambda *stage: stages.append(stage))
-    assert [t.setting for t in trials] == [f"{k} kernels, ridge 1e-05" for k in (5, 10, 20, 40)]
+    features, trials = choose_field(*prepared, None, None, 1e-5, 0, 1, lambda *stage: stages.append(stage))
+    assert [t.setting for t in trials] == [f"{k} kernels" for k in (5, 10, 20, 40)]
     best = min(trials, key=lambda t: t.score)
     assert [t for t in trials if t.chosen] == [best]
-    assert best.setting == f"{len(features.centres)} kernels, ridge {ridge:g}"
+    assert best.setting == f"{len(features.centres)} kernels"
     shares = [share for _, share in stages]
     assert shares == sorted(shares)
     assert shares[0] == 0.0
@@ -116,9 +144,9 @@ def test_the_field_taken_leaves_least_of_held_out_steps(prepared):
 
 
 def test_workers_change_nothing(prepared):
-    one = choose_field(*prepared, None, 10, None, 0, 1, silent)
-    two = choose_field(*prepared, None, 10, None, 0, 2, silent)
-    assert one[2] == two[2]
+    one = choose_field(*prepared, None, None, 1e-5, 0, 1, silent)
+    two = choose_field(*prepared, None, None, 1e-5, 0, 2, silent)
+    assert one[1] == two[1]
     np.testing.assert_array_equal(one[0].centres, two[0].centres)
 
 

@@ -279,3 +279,47 @@ def relax_on_field(field, path, tolerance, limit):
         moved = np.linalg.norm(new - path, axis=1).max()
         path, iteration = new, iteration + 1
     return path, iteration, moved
+
+
+def mean_curvature(problem, field, eps, misfit, every):
+    """Curvature of the training objective averaged over the directions of ε, for one column of H; (K D, K D)."""
+    d, D = field.shape[1:]
+    share = (misfit**2).sum() / (problem.steps**2).sum()
+    thinned = range(0, len(eps), every)
+    matrix = problem.ridge * np.kron(problem.smoothness, np.eye(D))
+    for e in thinned:
+        H = field[e].T
+        Q = np.eye(D) - H @ np.linalg.inv(H.T @ H + problem.ridge * np.eye(d)) @ H.T + share * np.eye(D)
+        weight = len(eps) / len(thinned) * eps[e] @ eps[e] / d
+        matrix += weight * np.kron(np.outer(problem.values[e], problem.values[e]), Q)
+    return matrix
+
+
+def wendland(r):
+    """Wendland's C² weight for 0 <= r <= 1."""
+    return (1 - r) ** 4 * (4 * r + 1)
+
+
+def local_fit(offsets, dim, exponents, turning, ridge=1e-10, turns=2):
+    """Weighted least squares polynomial through offsets (k, D) in the frame of its own slope, by `lstsq`.
+
+    Returns the frame (D, D), the radius and the coefficients (P, D - d) of the monomials with the exponents given;
+    the first `turning` of them tell the slope.
+    """
+    distances = np.linalg.norm(offsets, axis=1)
+    radius = 1.05 * distances.max()
+    weights = wendland(distances / radius)
+    mean = weights @ offsets / weights.sum()
+    frame = np.linalg.eigh((offsets - mean).T @ np.diag(weights) @ (offsets - mean))[1][:, ::-1].T
+
+    def fit(terms):
+        local = offsets @ frame.T
+        rows = np.prod((local[:, None, :dim] / radius) ** exponents[:terms], axis=2) * np.sqrt(weights)[:, None]
+        damped = np.vstack([rows, np.sqrt(ridge * weights.sum()) * np.eye(terms)])
+        right = np.vstack([local[:, dim:] * np.sqrt(weights)[:, None], np.zeros((terms, offsets.shape[1] - dim))])
+        return np.linalg.lstsq(damped, right, rcond=None)[0]
+
+    for _ in range(turns):
+        slope = fit(turning)[1 : 1 + dim] / radius
+        frame = orthonormalise(np.vstack([frame[:dim] + slope @ frame[dim:], frame[dim:]]))[0]
+    return frame, radius, fit(len(exponents))

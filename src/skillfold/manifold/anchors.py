@@ -5,21 +5,24 @@ Anchors tie it to the data: at each, the samples around are written as v(u), dis
 position along the tangents. A surface evaluated at its own anchor is the denoised sample.
 """
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from joblib import effective_n_jobs
 from scipy.spatial import KDTree
 
-from skillfold.manifold.polynomials import design, monomials
+from skillfold.manifold.kernels import patches as kernels
+from skillfold.manifold.polynomials import Monomials, design, monomials, terms_of
+from skillfold.manifold.threads import in_parts
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-CHUNK = 2_000_000  # numbers that one batch of local fits may hold
-RIDGE = 1e-9  # relative; keeps a fit to too few or aligned neighbours solvable
-FRAME_ROUNDS = 2  # times a frame is turned to its own surface's slope
+SAMPLES_A_TERM = 1.5  # that a polynomial is fitted to, at least
+TURNS = 2  # of a frame to its own surface's slope
+JUDGED_TURNS = 1  # the same, where only heights above it are asked for, not tangents
 
 
 @dataclass(frozen=True)
@@ -52,75 +55,42 @@ class LocalSurfaces:
         return np.swapaxes(self.frames[:, : self.dim], 1, 2)
 
 
-def wendland(r: Array) -> Array:
-    """Wendland's C² weight (1 − r)⁴(4r + 1), zero beyond r = 1."""
-    r = np.minimum(r, 1.0)
-    return (1.0 - r) ** 4 * (4.0 * r + 1.0)
+def _principal_frames(samples: Array, centres: Array, neighbours: Indices) -> Array:
+    """Principal directions of the weighted neighbours as rows, the widest first; (M, D, D)."""
+    vectors = np.linalg.eigh(kernels.scatters(samples, centres, neighbours))[1]
+    return np.ascontiguousarray(np.swapaxes(vectors[:, :, ::-1], 1, 2))
 
 
-def _principal_frames(offsets: Array, weights: Array) -> Array:
-    mean = (weights[..., None] * offsets).sum(1) / weights.sum(1)[:, None]
-    centred = offsets - mean[:, None]
-    scatter = np.swapaxes(centred * weights[..., None], 1, 2) @ centred
-    return np.swapaxes(np.linalg.eigh(scatter)[1][:, :, ::-1], 1, 2)
+def _layout(dim: int, degrees: Sequence[int]) -> tuple[Monomials, int, Indices]:
+    """Monomials for fits up to the last degree, how many of them tell a frame's slope, and how many each degree has.
+
+    Quadratic ones tell the slope, or a plane's where nothing else is fitted.
+    """
+    terms = np.array([terms_of(dim, degree) for degree in degrees])
+    return monomials(dim, degrees[-1]), terms_of(dim, min(degrees[-1], 2)), terms
 
 
-def _solve(offsets: Array, weights: Array, frames: Array, radii: Array, dim: int, degree: int) -> Array:
-    """Coefficients of the weighted least squares polynomials; (M, P, D - d)."""
-    local = offsets @ np.swapaxes(frames, 1, 2)
-    root = np.sqrt(weights)[..., None]
-    rows = design(local[..., :dim] / radii[:, None, None], monomials(dim, degree)) * root
-    turned = np.swapaxes(rows, 1, 2)
-    gram = turned @ rows
-    P = gram.shape[1]
-    ridge = RIDGE * np.trace(gram, axis1=1, axis2=2) / P + 1e-300
-    gram[:, np.arange(P), np.arange(P)] += ridge[:, None]
-    return np.asarray(np.linalg.solve(gram, turned @ (local[..., dim:] * root)), dtype=np.float64)
-
-
-def _turned(frames: Array, coefficients: Array, radii: Array, dim: int) -> Array:
-    """Frames whose tangents have the slope that the polynomials have at their centres."""
-    slopes = coefficients[:, 1 : 1 + dim] / radii[:, None, None]
-    tangents = frames[:, :dim] + slopes @ frames[:, dim:]
-    basis = np.linalg.qr(np.swapaxes(tangents, 1, 2), mode="complete")[0]
-    return np.swapaxes(basis, 1, 2)
-
-
-def fit_offsets(offsets: Array, dim: int, degree: int) -> LocalSurfaces:
-    """Fit to neighbours given relative to their centres, offsets (M, k, D)."""
-    distances = np.linalg.norm(offsets, axis=2)
-    radii = np.maximum(1.05 * distances.max(1), 1e-300)
-    weights = wendland(distances / radii[:, None])
-    frames = _principal_frames(offsets, weights)
-    for _ in range(FRAME_ROUNDS):
-        frames = _turned(frames, _solve(offsets, weights, frames, radii, dim, degree), radii, dim)
-    coefficients = _solve(offsets, weights, frames, radii, dim, degree)
-    return LocalSurfaces(np.ascontiguousarray(frames), coefficients, radii)
-
-
-def _chunks(count: int, k: int, dim: int, degree: int) -> Iterator[slice]:
-    size = max(1, CHUNK // (k * len(monomials(dim, degree).parents)))
-    for start in range(0, count, size):
-        yield slice(start, min(start + size, count))
-
-
-def fit_surfaces(samples: Array, centres: Array, neighbours: Indices, dim: int, degree: int) -> LocalSurfaces:
+def fit_surfaces(
+    samples: Array, centres: Array, neighbours: Indices, dim: int, degree: int, jobs: int = 1
+) -> LocalSurfaces:
     """Local surfaces at centres (M, D) from the samples (N, D) that neighbours (M, k) name."""
-    parts = [
-        fit_offsets(samples[neighbours[part]] - centres[part, None], dim, degree)
-        for part in _chunks(len(centres), neighbours.shape[1], dim, degree)
-    ]
-    return LocalSurfaces(
-        np.concatenate([p.frames for p in parts]),
-        np.concatenate([p.coefficients for p in parts]),
-        np.concatenate([p.radii for p in parts]),
-    )
+    layout = _layout(dim, [degree])
+    neighbours = np.ascontiguousarray(neighbours)
+
+    def fit(part: slice) -> LocalSurfaces:
+        frames = _principal_frames(samples, centres[part], neighbours[part])
+        fits = kernels.fit_patches(samples, centres[part], neighbours[part], frames, dim, *layout, TURNS)
+        return LocalSurfaces(frames, fits[0][0], fits[1])
+
+    parts = in_parts(fit, len(centres), jobs)
+    found = zip(*((p.frames, p.coefficients, p.radii) for p in parts), strict=True)
+    return LocalSurfaces(*(np.concatenate(arrays) for arrays in found))
 
 
-def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | None) -> Indices:
+def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | None, jobs: int = 1) -> Indices:
     """The k nearest samples of each chosen one, its own recording (or itself) left out; (len(chosen), k)."""
     if groups is None:
-        return np.asarray(KDTree(samples).query(samples[chosen], k + 1)[1])[:, 1:]
+        return np.asarray(KDTree(samples).query(samples[chosen], k + 1, workers=effective_n_jobs(jobs))[1])[:, 1:]
     found = np.empty((len(chosen), k), dtype=np.int64)
     for group in np.unique(groups[chosen]):
         others = np.flatnonzero(groups != group)
@@ -129,14 +99,29 @@ def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | No
     return found
 
 
-def held_out_residuals(samples: Array, chosen: Indices, others: Indices, dim: int, degree: int) -> Array:
+def held_out_residuals(
+    samples: Array, chosen: Indices, others: Indices, dim: int, degrees: Sequence[int], jobs: int = 1
+) -> Array:
     """Distance of each chosen sample from the surface of the nearest sample that is not left out with it.
 
     That surface is fitted to `others` (n, k), sorted by distance, the chosen sample not among them. Judged at its
-    own centre a surface would hide the bias that it has where it is used, beside it.
+    own centre a surface would hide the bias that it has where it is used, beside it. Several ascending degrees cost
+    hardly more than the highest of them; (len(degrees), n).
     """
-    centres = samples[others[:, 0]]
-    surfaces = fit_surfaces(samples, centres, others, dim, degree)
-    local = np.einsum("mij,mj->mi", surfaces.frames, samples[chosen] - centres)
-    values = design(local[:, :dim] / surfaces.radii[:, None], monomials(dim, degree))
-    return np.linalg.norm(local[:, dim:] - np.einsum("mp,mpn->mn", values, surfaces.coefficients), axis=1)
+    others = np.ascontiguousarray(others)
+    # Planes turn to a slope of their own: they are not fitted along with the others.
+    together = [part for part in ([g for g in degrees if g == 1], [g for g in degrees if g > 1]) if part]
+
+    def predict(part: slice) -> Array:
+        centres, around = samples[others[part, 0]], others[part]
+        principal = _principal_frames(samples, centres, around)
+        rows = []
+        for some in together:
+            frames, layout = principal.copy(), _layout(dim, some)
+            fits, radii = kernels.fit_patches(samples, centres, around, frames, dim, *layout, JUDGED_TURNS)
+            local = np.einsum("mij,mj->mi", frames, samples[chosen[part]] - centres)
+            values = design(local[:, :dim] / radii[:, None], layout[0])
+            rows.append(np.linalg.norm(local[:, dim:] - np.einsum("mp,tmpn->tmn", values, fits), axis=2))
+        return np.concatenate(rows)
+
+    return np.concatenate(in_parts(predict, len(chosen), jobs), axis=1)

@@ -4,18 +4,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from joblib import effective_n_jobs
 from scipy.spatial import KDTree
 
 from skillfold.errors import InputError
-from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces, held_out_residuals, nearest_others
+from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces
 from skillfold.manifold.free import split_directions
 from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
 from skillfold.manifold.kernels.projection import displacements
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model, as_maps, build_surface
-from skillfold.manifold.polynomials import monomials
-from skillfold.manifold.selection import LARGEST, Progress, Shape, choose_field, choose_shape
+from skillfold.manifold.polynomials import monomials, terms_of
+from skillfold.manifold.selection import choose_field
+from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
 from skillfold.manifold.table import Selection
 from skillfold.manifold.tangent import TangentField, train
 
@@ -25,8 +27,8 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 MOST_ANCHORS = 2000
 PER_ANCHOR = 10  # times the samples per anchor: neighbourhoods tried, where samples are many
 EDGES = 2500  # that the field is trained on
+RIDGE = 1e-5  # λ: a field trained to the end hardly depends on it, and cross-validation cannot tell 1e-6 from 1e-4
 QUANTILE = 0.95
-CALIBRATED = 1000  # held-out samples that tolerances are read off
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
 GHOST = 10.0  # times the usual doubt, beyond the tolerance: where anchors disagree more, they show no surface
 CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller
@@ -103,24 +105,25 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
     build_graph(inner[chosen], neighbors, anchor_groups, scale=scale)  # says early where the samples fall apart
     progress("looking for the dimension", 0.0)
-    split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed)
+    split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed, options.jobs)
     outer, inner, dim = inner, inner @ split.kept, split.dim
     largest = max(LARGEST, min(len(inner) // 2, PER_ANCHOR * len(inner) // len(chosen)))
-    shape, residual, more = choose_shape(inner, groups, dim, largest, options.seed, options.jobs, progress)
-    trials += more
+    judged = choose_shapes(inner, groups, dim, largest, options.seed, options.jobs, progress)
+    trials += judged.trials
     progress("fitting the anchors", 0.0)
-    local = _local_surfaces(inner, inner[chosen], shape, dim)
+    local = _local_surfaces(inner, inner[chosen], judged, dim, options.jobs)
     anchors = inner[chosen] + local.shifts
     graph = build_graph(anchors, neighbors, anchor_groups, too_long=np.inf)
     frames = align_frames(local.tangents, graph)
-    edges = graph.edges[_subset(len(graph.edges), EDGES, options.seed)]
-    features, ridge, more = choose_field(
+    edges = graph.edges[spread_out(len(graph.edges), EDGES, options.seed)]
+    ridge = options.ridge or RIDGE
+    features, more = choose_field(
         anchors,
         edges,
         frames,
         anchor_groups,
         options.kernels,
-        options.ridge,
+        ridge,
         options.seed,
         options.jobs,
         progress,
@@ -128,8 +131,11 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     trials += more
     progress("training the tangent field", 0.0)
     field = train(features, anchors, edges, frames, ridge, options.seed)
-    tolerance, spacing = _calibrate(inner, anchors, groups, shape, dim, options.seed)
-    surface, kernel_field = _kernel_surface(anchors, local, shape), _kernel_field(field)
+    tolerance, spacing = _calibrate(inner, anchors, judged)
+    surface, kernel_field = (
+        _kernel_surface(anchors, local, judged.degree),
+        _kernel_field(field),
+    )
     model = Model(
         surface=surface,
         field=kernel_field,
@@ -145,14 +151,15 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     )
     progress("training the tangent field", 1.0)
     normals = max(1, inner.shape[1] - dim)
-    return Fitted(model, field, ridge, residual * scale / np.sqrt(normals), residual * scale, Selection(trials))
+    residual = judged.residual * scale
+    return Fitted(model, field, ridge, residual / np.sqrt(normals), residual, Selection(trials))
 
 
 def _anchor_choice(inner: Array, seed: int) -> Indices:
     """All samples, or so many that lie far from each other."""
     if len(inner) <= MOST_ANCHORS:
         return np.arange(len(inner))
-    pool = _subset(len(inner), 10 * MOST_ANCHORS, seed)
+    pool = spread_out(len(inner), 10 * MOST_ANCHORS, seed)
     points = inner[pool]
     chosen = np.zeros(MOST_ANCHORS, dtype=np.int64)
     distance = ((points - points[0]) ** 2).sum(1)
@@ -162,22 +169,28 @@ def _anchor_choice(inner: Array, seed: int) -> Indices:
     return np.sort(pool[chosen])
 
 
-def _subset(n: int, count: int, seed: int) -> Indices:
-    return np.sort(np.random.default_rng(seed).choice(n, min(n, count), replace=False))
+def _local_surfaces(inner: Array, centres: Array, judged: Chosen, dim: int, jobs: int) -> LocalSurfaces:
+    """Surfaces at the centres, each of the shape that serves there; lower degrees are padded with zeros."""
+    tree, served = KDTree(inner), judged.at(inner, centres)
+    terms, (M, D) = terms_of(dim, judged.degree), centres.shape
+    frames, coefficients, radii = np.empty((M, D, D)), np.zeros((M, terms, D - dim)), np.empty(M)
+    for index, shape in enumerate(judged.shapes):
+        here = np.flatnonzero(served == index)
+        k = min(shape.neighbours + 1, len(inner))
+        if len(here):
+            neighbours = np.asarray(tree.query(centres[here], k, workers=effective_n_jobs(jobs))[1])
+            local = fit_surfaces(inner, centres[here], neighbours, dim, shape.degree, jobs)
+            frames[here], radii[here] = local.frames, local.radii
+            coefficients[here, : local.coefficients.shape[1]] = local.coefficients
+    return LocalSurfaces(frames, coefficients, radii)
 
 
-def _local_surfaces(inner: Array, centres: Array, shape: Shape, dim: int) -> LocalSurfaces:
-    neighbours = np.asarray(KDTree(inner).query(centres, min(shape.neighbours + 1, len(inner)))[1])
-    return fit_surfaces(inner, centres, neighbours, dim, shape.degree)
-
-
-def _kernel_surface(anchors: Array, local: LocalSurfaces, shape: Shape) -> Surface:
+def _kernel_surface(anchors: Array, local: LocalSurfaces, degree: int) -> Surface:
     """Arrays for the kernels; centred on the denoised anchors, so that the constant terms vanish."""
     coefficients = np.swapaxes(local.coefficients, 1, 2).copy()
     coefficients[:, :, 0] = 0.0
     tangents, bends = as_maps(local.frames, coefficients, local.radii)
-    table = monomials(local.dim, shape.degree)
-    return build_surface(np.ascontiguousarray(anchors.T), tangents, bends, local.radii, table)
+    return build_surface(np.ascontiguousarray(anchors.T), tangents, bends, local.radii, monomials(local.dim, degree))
 
 
 def _kernel_field(field: TangentField) -> Field:
@@ -196,15 +209,11 @@ def _trust(surface: Surface, field: Field, spacing: float, tolerance: float) -> 
     return Trust(spacing, usual, ghost, min(CAP, float(np.median(surface.radii))), found <= usual)
 
 
-def _calibrate(
-    inner: Array, anchors: Array, groups: Indices | None, shape: Shape, dim: int, seed: int
-) -> tuple[float, float]:
+def _calibrate(inner: Array, anchors: Array, judged: Chosen) -> tuple[float, float]:
     """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor."""
-    chosen = _subset(len(inner), CALIBRATED, seed)
-    others = nearest_others(inner, chosen, shape.neighbours, groups)
-    residuals = held_out_residuals(inner, chosen, others, dim, shape.degree)
+    left_out = inner[judged.left_out]
     if len(anchors) == len(inner):
-        nearest = np.linalg.norm(inner[others[:, 0]] - inner[chosen], axis=1)
+        nearest = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
     else:
-        nearest = KDTree(anchors).query(inner[chosen])[0]
-    return float(np.quantile(residuals, QUANTILE)), float(np.quantile(nearest, QUANTILE))
+        nearest = KDTree(anchors).query(left_out)[0]
+    return float(np.sqrt(np.quantile(judged.squares, QUANTILE))), float(np.quantile(nearest, QUANTILE))

@@ -15,11 +15,13 @@ from scipy.spatial import KDTree
 from skillfold.manifold.anchors import held_out_residuals, nearest_others
 from skillfold.manifold.dimension import choose_dimension
 from skillfold.manifold.table import Trial
+from skillfold.manifold.threads import in_parts
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 ROUNDS = 6
+STEADY = 0.005  # change of every share, at which further rounds would only repeat the last
 CENTRES = 800
 METRIC_FLOOR = 0.03  # of the scale that a direction keeps in the metric
 TOUCHED = 0.05  # share of a direction that normals may touch if it is to count as free
@@ -44,31 +46,38 @@ class Split:
     dim: int
 
 
-def _normals(samples: Array, metric: Array, codim: int, chosen: Indices) -> Array:
+def _normals(samples: Array, metric: Array, codim: int, chosen: Indices, jobs: int) -> Array:
     """Orthonormal normals (n, D, codim) at chosen samples, from neighbourhoods in the metric."""
     scaled = samples @ metric
-    k = 2 * samples.shape[1] + 2
-    around = scaled[KDTree(scaled).query(scaled[chosen], min(k + 1, len(samples)))[1]]
-    centred = around - around.mean(1, keepdims=True)
-    vectors = np.linalg.eigh(np.swapaxes(centred, 1, 2) @ centred)[1]
-    return np.linalg.qr(metric @ vectors[:, :, :codim])[0]
+    tree, k = KDTree(scaled), min(2 * samples.shape[1] + 3, len(samples))
+
+    def normals(part: slice) -> Array:
+        around = scaled[tree.query(scaled[chosen[part]], k)[1]]
+        centred = around - around.mean(1, keepdims=True)
+        vectors = np.linalg.eigh(np.swapaxes(centred, 1, 2) @ centred)[1]
+        return np.linalg.qr(metric @ vectors[:, :, :codim])[0]
+
+    return np.concatenate(in_parts(normals, len(chosen), jobs))
 
 
-def normal_spectrum(samples: Array, codim: int, seed: int) -> tuple[Array, Array]:
+def normal_spectrum(samples: Array, codim: int, seed: int, jobs: int = 1) -> tuple[Array, Array]:
     """How much normals touch each of D orthonormal directions (ascending, 0 to 1), and these as columns."""
     D = samples.shape[1]
     rng = np.random.default_rng(seed)
     chosen = np.sort(rng.choice(len(samples), min(CENTRES, len(samples)), replace=False))
     metric, touched, directions = np.eye(D), np.ones(D), np.eye(D)
     for _ in range(ROUNDS):
-        normals = _normals(samples, metric, codim, chosen)
+        normals = _normals(samples, metric, codim, chosen, jobs)
+        before = touched
         touched, directions = np.linalg.eigh(np.einsum("nac,nbc->ab", normals, normals) / len(chosen))
+        if np.abs(touched - before).max() < STEADY:
+            break
         metric = directions * np.sqrt(np.maximum(touched, 0.0) / touched[-1] + METRIC_FLOOR**2)
     return touched, directions
 
 
 def split_directions(
-    samples: Array, groups: Indices | None, dim: int | None, few_recordings: bool, seed: int
+    samples: Array, groups: Indices | None, dim: int | None, few_recordings: bool, seed: int, jobs: int = 1
 ) -> tuple[Split, list[Trial]]:
     """Kept and free directions and the inner dimension, with the trials.
 
@@ -81,16 +90,16 @@ def split_directions(
         dim: d as the user fixed it, or None.
         few_recordings: passed on to `choose_dimension`.
         seed: of the choice of samples looked at.
+        jobs: threads.
     """
     D = samples.shape[1]
-    plain, trials = choose_dimension(samples, few_recordings, seed)
-    plain = dim or plain
+    plain, trials = (dim, []) if dim else choose_dimension(samples, few_recordings, seed)
     whole = Split(np.eye(D), np.empty((D, 0)), plain)
     best, best_gap = whole, 0.0
     # The plain rule may overlook normals where samples are sparse; it does not make any up.
     counts = [D - plain] if dim else range(D - plain, max(D - plain, min(MOST_NORMALS, D - 2)) + 1)
     for codim in counts:
-        touched, directions = normal_spectrum(samples, codim, seed)
+        touched, directions = normal_spectrum(samples, codim, seed, jobs)
         f = min(int((touched < TOUCHED).sum()), D - codim - 1)
         if f < 1:
             continue
@@ -125,8 +134,8 @@ def _holds(samples: Array, groups: Indices | None, split: Split, whole: Split, s
     inner = samples @ split.kept
     around = _within(inner, chosen, reach * np.sqrt(inner.shape[1] / samples.shape[1]), k, groups, seed)
     residuals = [
-        float(np.median(held_out_residuals(samples, chosen, others, whole.dim, 1))),
-        float(np.median(held_out_residuals(inner, chosen, around, split.dim, 1))),
+        float(np.median(held_out_residuals(samples, chosen, others, whole.dim, [1]))),
+        float(np.median(held_out_residuals(inner, chosen, around, split.dim, [1]))),
     ]
     return residuals[1] <= WORSE * residuals[0]
 

@@ -37,6 +37,11 @@ def monomials(dim: int, degree: int) -> Monomials:
     return Monomials(parents, factors, np.array([len(power) for power in powers], dtype=np.int64))
 
 
+def terms_of(dim: int, degree: int) -> int:
+    """P, the number of monomials of `dim` variables up to a degree."""
+    return len(monomials(dim, degree).parents)
+
+
 def design(u: Array, table: Monomials) -> Array:
     """Values of all monomials at u (..., d); shape (..., P)."""
     values = np.ones((*u.shape[:-1], len(table.parents)))

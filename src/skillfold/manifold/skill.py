@@ -20,7 +20,7 @@ from skillfold.manifold.projection import OnManifold, project_anchored, project_
 from skillfold.manifold.route import Route
 from skillfold.manifold.samples import read_samples
 from skillfold.manifold.sampling import sample_surface
-from skillfold.manifold.selection import Progress
+from skillfold.manifold.shapes import Progress
 from skillfold.manifold.storage import facts_of, pack, unpack
 from skillfold.manifold.table import Selection
 from skillfold.motion import Plan
@@ -91,7 +91,7 @@ class SkillManifold:
                 without time order.
             dim: d; left out, from local spectra.
             kernels: K, radial basis functions of the tangent field; left out, by cross-validation.
-            ridge: λ, for steps of unit rms; left out, by cross-validation.
+            ridge: λ, for steps of unit rms; 1e-5 when left out.
             neighbors: of each sample in the graph to start with; it is grown until it is connected.
             seed: the same seed gives the same bits.
             space: what the coordinates of plain arrays are; linear when left out.

@@ -1,0 +1,134 @@
+"""Training of the tangent field to its end: a quasi-Newton method on the weights, with ε eliminated.
+
+Alternating least squares holds ε while it moves H, so turning or stretching H's columns along the manifold, which
+costs next to nothing, takes it hundreds of iterations. With ε = ε(W) put in (variable projection) the objective's
+curvature is about
+
+    Σ_e ε_e ε_e' ⊗ f_e f_e' ⊗ Q_e + λ I ⊗ L ⊗ I,    Q = I − H (H'H + λI)⁻¹ H',
+
+which knows that only motion along normals counts. Averaged over the directions of ε it is one matrix of K D rows
+for all columns of H: the metric in which limited-memory BFGS starts. It neglects curvature in proportion to the
+misfit; that share of the metric of alternating least squares, which has no Q, is added.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from skillfold.manifold.training import JITTER, Problem, alignment, balance, field_at_edges, objective
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+MEMORY = 10  # pairs of steps and changes of the gradient
+RENEWED = 20  # iterations after which the metric is worked out anew
+METRIC_EDGES = 1000  # it is averaged over
+WINDOW, SETTLED = 5, 1e-2  # training ends where so many iterations decrease the objective by no more than this share
+SUFFICIENT = 1e-4  # of the decrease that the slope promises
+SHORTEST = 1e-6  # step: where not even this one decreases the objective, rounding rules
+
+
+class _Point(NamedTuple):
+    """Weights, the objective there with ε put in, its gradient (half of it, times E), H, ε, and Hε − Δ."""
+
+    weights: Array
+    value: float
+    gradient: Array
+    field: Array
+    eps: Array
+    misfit: Array
+
+
+def _point(problem: Problem, weights: Array) -> _Point:
+    field = field_at_edges(problem, weights)
+    eps, misfit = alignment(field, problem.steps, problem.ridge)
+    d, K, D = weights.shape
+    outer = (eps[:, :, None] * misfit[:, None, :]).reshape(len(eps), d * D)
+    gradient = (problem.values.T @ outer).reshape(K, d, D).transpose(1, 0, 2)
+    gradient = gradient + problem.ridge * (problem.smoothness @ weights)
+    return _Point(weights, objective(problem, weights, eps, misfit), gradient, field, eps, misfit)
+
+
+@dataclass(frozen=True)
+class _Metric:
+    """Cholesky factor of the mean curvature, (K D, K D)."""
+
+    factor: Any
+
+    @staticmethod
+    def at(problem: Problem, point: _Point) -> "_Metric":
+        thin = slice(None, None, -(-len(point.eps) // METRIC_EDGES))
+        H, values, eps = point.field[thin], problem.values[thin], point.eps[thin]
+        (n, K), (d, D) = values.shape, H.shape[1:]
+        gram = H @ np.swapaxes(H, 1, 2) + problem.ridge * np.eye(d)
+        neglected = (point.misfit**2).sum() / (problem.steps**2).sum()
+        Q = (1.0 + neglected) * np.eye(D) - np.swapaxes(H, 1, 2) @ np.linalg.solve(gram, H)
+        Q *= (len(point.eps) / n * (eps**2).sum(1) / d)[:, None, None]
+        matrix = np.empty((K, D, K, D))
+        for c in range(D):
+            scaled = (values[:, :, None] * Q[:, None, c, :]).reshape(n, K * D)
+            matrix[:, c] = (values.T @ scaled).reshape(K, K, D)
+            matrix[:, c, :, c] += problem.ridge * problem.smoothness
+        matrix = matrix.reshape(K * D, K * D)
+        matrix[np.diag_indices_from(matrix)] += JITTER * np.trace(matrix)
+        return _Metric(cho_factor(matrix, overwrite_a=True, check_finite=False))
+
+    def solve(self, gradient: Array) -> Array:
+        flat = gradient.reshape(len(gradient), -1).T
+        return cho_solve(self.factor, flat, check_finite=False).T.reshape(gradient.shape)
+
+
+def _direction(metric: _Metric, pairs: deque[tuple[Array, Array]], gradient: Array) -> Array:
+    """The two loops of limited-memory BFGS."""
+    rest, shares = gradient.copy(), []
+    for step, change in reversed(pairs):
+        shares.append(np.vdot(step, rest) / np.vdot(step, change))
+        rest -= shares[-1] * change
+    found = metric.solve(rest)
+    if pairs:
+        step, change = pairs[-1]
+        found *= np.vdot(step, change) / np.vdot(change, metric.solve(change))
+    for (step, change), share in zip(pairs, reversed(shares), strict=True):
+        found += step * (share - np.vdot(change, found) / np.vdot(step, change))
+    return -found
+
+
+def _search(problem: Problem, here: _Point, direction: Array) -> _Point | None:
+    """A point along the direction where the objective is lower by enough; None if there is none."""
+    slope = 2.0 * float(np.vdot(here.gradient, direction)) / len(here.eps)
+    length = 1.0
+    while slope < 0.0 and length > SHORTEST:
+        there = _point(problem, here.weights + length * direction)
+        rise = there.value - here.value
+        if rise <= SUFFICIENT * length * slope:
+            return there
+        # The least value of the parabola through what is known.
+        length *= min(max(-slope * length / (2.0 * (rise - slope * length)), 0.1), 0.5)
+    return None
+
+
+def descend(problem: Problem, weights: Array, iterations: int) -> tuple[Array, list[float], bool]:
+    """Weights after at most so many iterations, the objective after each, and whether it settled.
+
+    The objective falls in every iteration.
+    """
+    eps = alignment(field_at_edges(problem, weights), problem.steps, problem.ridge)[0]
+    here = _point(problem, balance(problem, weights, eps)[0])
+    values, pairs = [here.value], deque[tuple[Array, Array]](maxlen=MEMORY)
+    metric = _Metric.at(problem, here)
+    while len(values) <= iterations:
+        if len(values) % RENEWED == 0:
+            metric = _Metric.at(problem, here)
+        there = _search(problem, here, _direction(metric, pairs, here.gradient))
+        if there is None:
+            return here.weights, values, True
+        step, change = there.weights - here.weights, there.gradient - here.gradient
+        if np.vdot(step, change) > 0.0:
+            pairs.append((step, change))
+        here = there
+        values.append(here.value)
+        if len(values) > WINDOW and values[-1 - WINDOW] - values[-1] <= SETTLED * values[-1]:
+            return here.weights, values, True
+    return here.weights, values, False

@@ -1,0 +1,113 @@
+"""The function that training of the tangent field decreases, and alternating least squares on it.
+
+The paper's equations 6 and 9 drop the regulariser of equation 2, so its iteration need not decrease the
+objective. Here both steps minimise the same function, edge by edge with the features at the edge's midpoint:
+
+    Σ_e ‖H(m_e) ε_e − Δ_e‖² + λ Σ_e ‖ε_e‖² + λ Σ_{e, e' sharing a sample} ‖H(m_e) − H(m_e')‖²
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import csr_matrix
+
+from skillfold.manifold.kernels.alignment import align_steps
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+JITTER = 1e-12  # of the trace, on the diagonal of normal equations
+FLOOR = 1e-6  # of the gauge's eigenvalues; a too large d makes it singular
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What stays fixed while H is trained.
+
+    Attributes:
+        values: (E, K) features at the midpoints of the edges.
+        steps: (E, D) along the edges, of unit rms.
+        smoothness: (K, K), see `smoothness_matrix`.
+        ridge: λ.
+    """
+
+    values: Array
+    steps: Array
+    smoothness: Array
+    ridge: float
+
+
+def smoothness_matrix(values: Array, edges: Indices, n_samples: int) -> Array:
+    """L with Σ_{e, e' sharing a sample} ‖H(m_e) − H(m_e')‖² = tr(W' L W) for each column of H; (K, K)."""
+    degree = np.bincount(edges.ravel(), minlength=n_samples)
+    weight = degree[edges].sum(1)
+    incidence = csr_matrix(
+        (np.ones(edges.size), edges.ravel(), 2 * np.arange(len(edges) + 1)), (len(edges), n_samples)
+    )
+    sums = incidence.T @ values
+    raw = (values * weight[:, None]).T @ values - sums.T @ sums
+    eigenvalues, vectors = np.linalg.eigh((raw + raw.T) / 2)
+    # Rounding in the difference may leave eigenvalues a little below zero.
+    return (vectors * np.maximum(eigenvalues, 0.0)) @ vectors.T
+
+
+def field_at_edges(problem: Problem, weights: Array) -> Array:
+    """H at the midpoints, (E, d, D), by one matrix product; a column of H is a row here."""
+    d, K, D = weights.shape
+    flat = np.ascontiguousarray(weights.transpose(1, 0, 2)).reshape(K, d * D)
+    return (problem.values @ flat).reshape(-1, d, D)
+
+
+def alignment(field: Array, steps: Array, ridge: float) -> tuple[Array, Array]:
+    """ε_e = (H'H + λI)⁻¹ H'Δ_e, the corrected equation 6, and what it leaves, Hε − Δ; (E, d) and (E, D)."""
+    eps, misfit = np.empty(field.shape[:2]), np.empty(steps.shape)
+    align_steps(field, steps, ridge, eps, misfit)
+    return eps, misfit
+
+
+def solve_weights(problem: Problem, eps: Array) -> Array:
+    """Corrected equation 9: one matrix for all D outputs; weights (d, K, D)."""
+    E, K = problem.values.shape
+    d = eps.shape[1]
+    rows = (eps[:, :, None] * problem.values[:, None, :]).reshape(E, d * K)
+    gram = rows.T @ rows + problem.ridge * np.kron(np.eye(d), problem.smoothness)
+    gram[np.diag_indices_from(gram)] += JITTER * np.trace(gram)
+    return cho_solve(cho_factor(gram), rows.T @ problem.steps).reshape(d, K, -1)
+
+
+def roughness(problem: Problem, weights: Array) -> Array:
+    """Smoothness penalty as a (d, d) form, so that H A costs tr(A' B A)."""
+    flat = weights.reshape(len(weights), -1)
+    return flat @ (problem.smoothness @ weights).reshape(flat.shape).T
+
+
+def objective(problem: Problem, weights: Array, eps: Array, misfit: Array) -> float:
+    """The function that training decreases, per edge; with the misfit Hε − Δ."""
+    penalty = (eps**2).sum() + np.trace(roughness(problem, weights))
+    return float(((misfit**2).sum() + problem.ridge * penalty) / len(eps))
+
+
+def _power(matrix: Array, exponent: float) -> Array:
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    floored = np.maximum(values, FLOOR * max(values[-1], 1e-300))
+    return (vectors * floored**exponent) @ vectors.T
+
+
+def balance(problem: Problem, weights: Array, eps: Array) -> tuple[Array, Array]:
+    """The gauge H A, A⁻¹ε in which both penalties weigh the same: AA' = the mean of Σεε' and B⁻¹."""
+    energy, rough = eps.T @ eps, roughness(problem, weights)
+    rough = rough + FLOOR * np.trace(energy) * np.eye(len(rough))
+    root = _power(rough, 0.5)
+    gauge = _power(rough, -0.5) @ _power(root @ energy @ root, 0.25)
+    turned = np.asarray(np.linalg.solve(gauge, eps.T).T, dtype=np.float64)
+    return np.tensordot(gauge, weights, (0, 0)), turned
+
+
+def alternate(problem: Problem, weights: Array, iterations: int) -> Array:
+    """Weights after some iterations of alternating least squares: alignment, gauge, weights."""
+    for _ in range(iterations):
+        eps = alignment(field_at_edges(problem, weights), problem.steps, problem.ridge)[0]
+        weights = solve_weights(problem, balance(problem, weights, eps)[1])
+    return weights
