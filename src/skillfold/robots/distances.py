@@ -57,6 +57,15 @@ def stand(q: Array, c: Indices) -> None:
 
 
 @njit
+def finite(q: Array) -> bool:
+    """Whether all numbers are: MuJoCo finds nothing near a robot that is nowhere."""
+    for k in range(q.size):
+        if not abs(q[k]) < math.inf:
+            return False
+    return True
+
+
+@njit
 def gap(a: Array, i: int, b: Array, j: int) -> float:
     """Distance of row i of `a` and row j of `b`."""
     return math.sqrt((a[i, 0] - b[j, 0]) ** 2 + (a[i, 1] - b[j, 1]) ** 2 + (a[i, 2] - b[j, 2]) ** 2)
@@ -198,9 +207,11 @@ def slope(a: int, b: int, segment: Array, distance: float, c: Indices, out: Arra
 def clearance(q: Array, gradient: Array, c: Indices) -> float:
     """Clearance at q (dof,); its gradient in `gradient`, left alone where that has no length.
 
-    WINNER and SEGMENT tell between what and where.
+    WINNER and SEGMENT tell between what and where. NaN where q is not finite: that is not clear of anything.
     """
     winner = indices(c, WINNER)
+    if not finite(q):
+        return math.nan
     stand(q, c)
     winner[0], winner[1] = -3, 0
     best = nearest_pair(FAR, c)

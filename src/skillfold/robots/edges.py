@@ -16,6 +16,7 @@ from skillfold.robots.distances import (
     LOWER,
     PAIRS,
     UPPER,
+    finite,
     measured,
     nearer,
     nearest_point,
@@ -87,7 +88,7 @@ def edge(start: Array, end: Array, margin: float, c: Indices) -> float:
     What is called clear is clear between the steps too; within `SLACK` of the margin it may be called blocked.
     """
     # Limits hold all along where they hold at both ends.
-    if min(limit_room(start, c), limit_room(end, c)) < margin:
+    if not (finite(start) and finite(end)) or min(limit_room(start, c), limit_room(end, c)) < margin:
         return 0.0
     step = end - start
     q = np.empty(start.size)

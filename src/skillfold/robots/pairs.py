@@ -50,6 +50,8 @@ def moving(merged: Merged, joints: Joints) -> list[int]:
 
 
 def _neighbours(model: Any, left: int, right: int) -> bool:
+    if 0 in (left, right):  # a floor or wall of the robot's file, not its base
+        return False
     a, b = int(model.body_weldid[left]), int(model.body_weldid[right])
     above = [int(model.body_weldid[model.body_parentid[x]]) for x in (a, b)]
     return a == b or above[0] == b or above[1] == a

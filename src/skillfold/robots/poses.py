@@ -9,6 +9,7 @@ from skillfold.errors import InputError
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 UNIT = 1e-3  # a quaternion whose length is farther from 1 than this was hardly meant as one
+EXACT = 1e-12  # one that is as close as this stays as it is, so that reading it twice changes no bit
 HERE = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
@@ -27,7 +28,7 @@ def read_pose(value: Any, what: str, kind: type[InputError] = InputError) -> Arr
     if not (np.abs(length - 1) <= UNIT).all():
         worst = float(length.ravel()[np.abs(length - 1).argmax()])
         raise kind(f"{what}: quaternion (qw, qx, qy, qz) of length {worst:.4g}; expected length 1.")
-    pose[..., 3:] /= length
+    pose[..., 3:] /= np.where(np.abs(length - 1) > EXACT, length, 1.0)
     return pose
 
 

@@ -168,7 +168,8 @@ class Robot:
         """(..., dof) q with every follower where its leader puts it."""
         states, shape = self._read(q)
         joints = self.joints
-        return (joints.offsets + joints.ratios * states[:, joints.columns]).reshape(*shape, self.dof)
+        coupled = joints.offsets + joints.ratios * states[:, joints.columns]
+        return np.ascontiguousarray(coupled).reshape(*shape, self.dof)
 
     def sample(self, count: int, seed: int = 0) -> Array:
         """(count, dof) joint positions uniform within the limits, continuous joints over a full turn."""

@@ -47,6 +47,11 @@ def prepare(root: ET.Element, file: Path) -> tuple[str, Facts]:
                 mesh.set("filename", str(_mesh(mesh.get("filename", ""), link.get("name", "?"), file, root)))
     for joint in root.findall("joint"):
         _read_joint(joint, file, facts)
+    names = [joint.get("name", "?") for joint in root.findall("joint") if joint.get("type") != "fixed"]
+    for mimic in facts.mimics:
+        if mimic.leader not in names or mimic.follower not in names:
+            given = f"joint {mimic.follower} shall follow joint '{mimic.leader}'"
+            raise RobotError(f"{file}: {given}; joints that move: {', '.join(names)}.")
     bare = [link.get("name", "?") for link in root.iter("link") if _only_shapes(link)]
     if bare:
         facts.notes = (f"No inertia: {', '.join(bare)}. Taken from their shapes at the density of water.",)
@@ -83,6 +88,7 @@ def _read_joint(joint: ET.Element, file: Path, facts: Facts) -> None:
         offset = _number(mimic.get("offset", "0"), f"{file}: mimic offset of joint {name}")
         ratio = _number(mimic.get("multiplier", "1"), f"{file}: mimic multiplier of joint {name}")
         facts.mimics.append(Mimic(name, mimic.get("joint", ""), offset, ratio))
+        joint.remove(mimic)  # some versions of MuJoCo follow it themselves, others do not
 
 
 def _number(text: str | None, what: str) -> float:
