@@ -1,5 +1,6 @@
 """Robots from files: what is made of a URDF, and what a file that cannot be used is told."""
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +8,7 @@ from hypothesis import strategies as st
 
 import skillfold as sf
 from skillfold.errors import RobotError, SkillfoldError
+from skillfold.robots import loading
 
 INERTIA = '<inertia ixx="0.01" iyy="0.01" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
 
@@ -253,3 +255,12 @@ def test_custom_limits_must_fit_the_joints(tmp_path):
     custom = '<custom><numeric name="velocity_limits" data="1 2 3"/></custom></mujoco>'
     with pytest.raises(RobotError, match="velocity_limits; expected 1 positive"):
         load(tmp_path, MJCF.format(base="").replace("</mujoco>", custom), "mine.xml")
+
+
+def test_what_mujoco_warns_of_is_a_note_and_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    odd = arm(link("f"), joint("x", "lower", "f", inside='<mimic joint="ghost"/>'))
+    spec, warned = loading._made("odd", lambda: mujoco.MjSpec.from_string(odd))
+    assert len(spec.joints) == 3
+    assert all(note.startswith("MuJoCo: ") for note in warned)
+    assert list(tmp_path.iterdir()) == []

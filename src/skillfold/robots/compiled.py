@@ -17,9 +17,12 @@ class Compiled(NamedTuple):
     once. Keep this object as long as they are in use: the arguments are addresses of what `owner` holds.
 
     Attributes:
-        clearance: (q (dof,), gradient (dof,) or (0,), arguments) → clearance; fills in the gradient.
-        within: (q, reach, distances (n,), gradients (n, dof), arguments) → number of distances below reach.
-        edge: (start, end, margin, arguments) → share of the straight edge that is clear; 1 is all of it.
+        clearance: (q (dof,), gradient (dof,) or (0,), arguments) → clearance, NaN if q is not finite; fills in the
+            gradient.
+        within: (q, reach, distances (n,), gradients (n, dof), arguments) → how many distances are below reach;
+            -1 if q is not finite.
+        edge: (start, end, margin, arguments) → share of the straight edge that is clear; 1 is all of it, 0 if
+            an end is not finite.
         arguments: int64 array of one robot in one scene, for one thread.
         capacity: how many distances `within` can find at most.
         owner: what the arguments point to.

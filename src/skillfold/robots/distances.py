@@ -59,10 +59,10 @@ def stand(q: Array, c: Indices) -> None:
 @njit
 def finite(q: Array) -> bool:
     """Whether all numbers are: MuJoCo finds nothing near a robot that is nowhere."""
+    total = 0.0
     for k in range(q.size):
-        if not abs(q[k]) < math.inf:
-            return False
-    return True
+        total += abs(q[k])
+    return total < math.inf
 
 
 @njit
@@ -232,9 +232,11 @@ def clearance(q: Array, gradient: Array, c: Indices) -> float:
 def within(q: Array, reach: float, distances: Array, gradients: Array, c: Indices) -> int:
     """How many pairs are nearer than `reach`; their distances (at most as many as fit) and gradients (…, dof).
 
-    One entry for each pair of shapes, and one for each shape of the robot with the nearest point of the clouds. Joint
-    limits are left out.
+    -1 where q is not finite. One entry for each pair of shapes, and one for each shape of the robot with the nearest
+    point of the clouds. Joint limits are left out.
     """
+    if not finite(q):
+        return -1
     stand(q, c)
     pairs = index_matrix(c, PAIRS)
     winner, segment, trial = indices(c, WINNER), vector(c, SEGMENT), vector(c, TRIAL)

@@ -1,6 +1,7 @@
 """Robots from bundled models, MJCF and URDF files, as MuJoCo specifications."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
@@ -48,14 +49,14 @@ def describe(name_or_path: str | PathLike[str]) -> Description:
     root = _root(file)
     if root.tag == "robot":
         text, facts = prepare(root, file)
-        spec = _spec(file, lambda: mujoco.MjSpec.from_string(text))
+        spec, warned = _made(file, lambda: mujoco.MjSpec.from_string(text))
         for mimic in facts.mimics:
             _follow(spec, mimic)
-        return Description(source, spec, facts.speeds, (*facts.notes, *_give_mass(spec)))
+        return Description(source, spec, facts.speeds, (*facts.notes, *warned, *_give_mass(spec)))
     if root.tag != "mujoco":
         raise RobotError(f"{file}: its root element is <{root.tag}>; expected <mujoco> (MJCF) or <robot> (URDF).")
-    spec = _spec(file, lambda: mujoco.MjSpec.from_file(str(file)))
-    return Description(source, spec, {}, tuple(_give_mass(spec)))
+    spec, warned = _made(file, lambda: mujoco.MjSpec.from_file(str(file)))
+    return Description(source, spec, {}, (*warned, *_give_mass(spec)))
 
 
 def compiled(spec: Any, source: str) -> Any:
@@ -64,7 +65,7 @@ def compiled(spec: Any, source: str) -> Any:
     Raises:
         RobotError: MuJoCo refuses it; says why.
     """
-    return _spec(source, spec.compile)
+    return _made(source, spec.compile)[0]
 
 
 def _find(given: str | PathLike[str]) -> Path:
@@ -93,12 +94,19 @@ def _root(file: Path) -> ET.Element:
         raise RobotError(f"{file}: no readable XML: {error}.") from None
 
 
-def _spec(source: Any, make: Any) -> Any:
+def _made(source: Any, make: Callable[[], Any]) -> tuple[Any, list[str]]:
+    """What MuJoCo makes, and what it warns of: left alone it writes that to a file in the working folder."""
+    warned: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(warned.append)
     try:
-        return make()
+        made = make()
     except (ValueError, TypeError, RuntimeError, mujoco.FatalError) as error:
         words = " ".join(str(error).removeprefix("Error:").split())
         raise RobotError(f"{source}: MuJoCo cannot use it: {words}.") from None
+    finally:
+        mujoco.set_mju_user_warning(before)
+    return made, [f"MuJoCo: {' '.join(text.split())}." for text in warned]
 
 
 def _follow(spec: Any, mimic: Mimic) -> None:
