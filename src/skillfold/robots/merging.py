@@ -37,8 +37,6 @@ class Merged:
 def merge(spec: Any, scene: Scene, movable: Collection[str], joints: Joints, source: str) -> Merged:
     """Robot and scene in one model; obstacles stand where they are at rest."""
     spec = spec.copy()
-    for key in list(spec.keys):  # they would need places for the bodies to come
-        spec.delete(key)
     spec.memory = MEMORY
     for shape in scene:
         _add(spec, shape, shape.name in movable)

@@ -81,6 +81,9 @@ def _read_joint(joint: ET.Element, file: Path, facts: Facts) -> None:
     if kind not in JOINT_KINDS:
         raise RobotError(f"{file}: joint {name} is of type {kind!r}; possible: {', '.join(JOINT_KINDS)}.")
     limit, mimic = joint.find("limit"), joint.find("mimic")
+    if limit is not None and kind == "continuous":
+        for side in ("lower", "upper"):  # which some versions of MuJoCo would keep to
+            limit.attrib.pop(side, None)
     if limit is not None and (text := limit.get("velocity")):
         speed = _number(text, f"{file}: velocity limit of joint {name}")
         facts.speeds[name] = speed if speed > 0 else math.inf
