@@ -14,17 +14,35 @@ if TYPE_CHECKING:
     from skillfold.motion import Path as Path
     from skillfold.motion import Plan as Plan
     from skillfold.motion import Trajectory as Trajectory
+    from skillfold.robots.robot import Robot as Robot
+    from skillfold.robots.scene import Scene as Scene
+    from skillfold.robots.shapes import Box as Box
+    from skillfold.robots.shapes import Capsule as Capsule
+    from skillfold.robots.shapes import Cylinder as Cylinder
+    from skillfold.robots.shapes import Mesh as Mesh
+    from skillfold.robots.shapes import Motion as Motion
+    from skillfold.robots.shapes import PointCloud as PointCloud
+    from skillfold.robots.shapes import Sphere as Sphere
     from skillfold.spaces import StateSpace as StateSpace
 
 __version__ = "0.1.0"
 
 _HOME = {
+    "Box": "skillfold.robots.shapes",
+    "Capsule": "skillfold.robots.shapes",
+    "Cylinder": "skillfold.robots.shapes",
     "Demonstration": "skillfold.demonstrations",
     "Demonstrations": "skillfold.demonstrations",
+    "Mesh": "skillfold.robots.shapes",
+    "Motion": "skillfold.robots.shapes",
     "Path": "skillfold.motion",
     "Plan": "skillfold.motion",
+    "PointCloud": "skillfold.robots.shapes",
+    "Robot": "skillfold.robots.robot",
+    "Scene": "skillfold.robots.scene",
     "SkillManifold": "skillfold.manifold.skill",
     "SkillfoldError": "skillfold.errors",
+    "Sphere": "skillfold.robots.shapes",
     "StateSpace": "skillfold.spaces",
     "Trajectory": "skillfold.motion",
 }

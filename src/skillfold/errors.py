@@ -25,5 +25,13 @@ class SkillFileError(SkillfoldError):
     """A saved skill that is damaged, of another format, or not a skill at all."""
 
 
+class RobotError(SkillfoldError):
+    """A robot that cannot be used: an unknown name, a damaged file, a missing mesh, joints of other kinds."""
+
+
+class SceneError(InputError):
+    """An obstacle or scene that cannot be used; names the obstacle, the value and what was expected."""
+
+
 class MissingExtraError(SkillfoldError, ImportError):
     """An optional package that is not installed; names the extra that brings it."""

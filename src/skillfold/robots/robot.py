@@ -1,0 +1,270 @@
+"""`Robot`: kinematics, limits and self-collision of one MuJoCo model."""
+
+import threading
+from collections.abc import Iterable
+from functools import cached_property
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from skillfold.errors import InputError
+from skillfold.robots import kinematics
+from skillfold.robots.joints import Joints, Limits, machine_of, read_joints
+from skillfold.robots.loading import Description, compiled, describe
+from skillfold.robots.poses import compose, place_points, read_pose, turn
+from skillfold.robots.reading import read_joint_positions
+from skillfold.robots.tables import Array, Indices
+from skillfold.spaces import StateSpace
+
+if TYPE_CHECKING:
+    from skillfold.robots.obstacles import Obstacles
+    from skillfold.robots.scene import Scene
+
+TOOLS = ("tool", "tool0")  # what a tool frame is called here, and by custom in URDF files
+
+
+class Robot:
+    """A robot, ready to answer; made by `Robot.load`.
+
+    q is one vector of joint positions (dof,) or a batch (..., dof), in the order of `names`; answers have the same
+    batch shape. A floating base stands at the origin unless `base` (..., 7) tells where. Where one joint follows
+    another (one motor drives both) q has a place for both, and the follower's is not looked at: `couple` fills it in.
+    All may be asked from several threads at once.
+
+    Attributes:
+        name: of the robot.
+        source: bundled name or absolute path it was loaded from.
+        names: of the joints.
+        dof: number of joint positions.
+        frames: names of the sites and bodies that `forward` and `jacobian` can be asked for.
+        tool: the frame they take where none is named.
+        limits: lower and upper (dof,) [rad, m], infinite where there are none.
+        velocity_limits, acceleration_limits, torque_limits: (dof,) infinite where unknown.
+        home: (dof,) a pose free of self-collision.
+        floating: whether the base is free.
+        notes: what was left out or made up on loading.
+    """
+
+    def __init__(self, description: Description) -> None:
+        self.source, self.notes = description.source, description.notes
+        self._description = description
+        self._spec = _lean(description.spec)
+        self.model = compiled(self._spec, self.source)
+        self.joints: Joints = read_joints(self.model, self.source, description.speeds)
+        self.name: str = description.spec.modelname or self.source
+        self.names = self.joints.names
+        self.dof = self.joints.dof
+        self.floating = self.joints.base is not None
+        self._frames = _frames(self.model)
+        self.frames = tuple(self._frames)
+        self.tool = next((name for name in TOOLS if name in self._frames), None) or _last(self.model)
+        self._local = threading.local()
+
+    @classmethod
+    def load(cls, name_or_path: str | PathLike[str]) -> Self:
+        """A bundled robot (`jaco`, `lwr4`, `nao`, `planar_arm`), or one of yours in an MJCF or URDF file.
+
+        In a URDF, package:// paths are looked for beside and above the file and in ROS_PACKAGE_PATH, visual shapes
+        are dropped, links without inertia take one from their shapes; `notes` tells what was made up.
+
+        Raises:
+            RobotError: unknown name, damaged file, missing mesh, joints of other kinds; says what is possible.
+        """
+        return cls(describe(name_or_path))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Robot.load, (self.source,))
+
+    def __repr__(self) -> str:
+        base = ", floating base" if self.floating else ""
+        return f"Robot({self.name}: {self.dof} joints{base}, tool frame '{self.tool}')"
+
+    @property
+    def limits(self) -> Limits:
+        """Lower and upper joint limits."""
+        return Limits(self.joints.limits.lower.copy(), self.joints.limits.upper.copy())
+
+    @property
+    def velocity_limits(self) -> Array:
+        """(dof,) [rad/s, m/s]."""
+        return self.joints.velocity.copy()
+
+    @property
+    def acceleration_limits(self) -> Array:
+        """(dof,) [rad/s², m/s²]."""
+        return self.joints.acceleration.copy()
+
+    @property
+    def torque_limits(self) -> Array:
+        """(dof,) [N m, N]."""
+        return self.joints.torque.copy()
+
+    @property
+    def home(self) -> Array:
+        """(dof,) joint positions of the home pose."""
+        return self.joints.home.copy()
+
+    @cached_property
+    def space(self) -> StateSpace:
+        """What the coordinates of q are, with their limits."""
+        return self.joints.space()
+
+    @property
+    def couplings(self) -> dict[str, str]:
+        """Which joint follows which."""
+        columns = enumerate(self.joints.columns.tolist())
+        return {self.names[k]: self.names[lead] for k, lead in columns if k != lead}
+
+    def forward(self, q: Any, frame: str | None = None, base: Any = None) -> Array:
+        """Poses (..., 7) of a frame in the world: x, y, z [m], qw, qx, qy, qz.
+
+        Args:
+            q: joint positions (..., dof).
+            frame: one of `frames`; None is the tool.
+            base: pose (..., 7) of the robot's base in the world; None is the origin.
+
+        Raises:
+            InputError: q of another shape or not finite, an unknown frame.
+        """
+        states, shape = self._read(q)
+        out = np.empty((len(states), 7))
+        body, offset, turned = self._frame(frame)
+        kinematics.poses(states, body, offset, turned, self._machine(), out)
+        out = out.reshape(*shape, 7)
+        return out if base is None else compose(read_pose(base, "base"), out)
+
+    def jacobian(self, q: Any, frame: str | None = None, base: Any = None) -> Array:
+        """Jacobians (..., 6, dof) of a frame: linear velocity [m/s], then angular [rad/s], both in world axes.
+
+        Arguments and errors as in `forward`.
+        """
+        states, shape = self._read(q)
+        out = np.zeros((len(states), 6, self.dof))
+        body, offset, _ = self._frame(frame)
+        kinematics.jacobians(states, body, offset, self._machine(), out)
+        out = out.reshape(*shape, 6, self.dof)
+        if base is None:
+            return out
+        turning = read_pose(base, "base")[..., None, 3:]
+        columns = out.swapaxes(-1, -2)
+        parts = [turn(turning, columns[..., :3]), turn(turning, columns[..., 3:])]
+        return np.concatenate(parts, axis=-1).swapaxes(-1, -2)
+
+    def center_of_mass(self, q: Any, base: Any = None) -> Array:
+        """Centres of mass (..., 3) of the whole robot in the world; arguments and errors as in `forward`."""
+        states, shape = self._read(q)
+        out = np.zeros((len(states), 3))
+        kinematics.centres(states, self._machine(), out)
+        out = out.reshape(*shape, 3)
+        return out if base is None else place_points(read_pose(base, "base"), out)
+
+    def wrap(self, q: Any) -> Array:
+        """(..., dof) q with continuous joints brought into [-π, π)."""
+        states, shape = self._read(q)
+        return self.space.wrap(states).reshape(*shape, self.dof)
+
+    def couple(self, q: Any) -> Array:
+        """(..., dof) q with every follower where its leader puts it."""
+        states, shape = self._read(q)
+        joints = self.joints
+        coupled = joints.offsets + joints.ratios * states[:, joints.columns]
+        return np.ascontiguousarray(coupled).reshape(*shape, self.dof)
+
+    def sample(self, count: int, seed: int = 0) -> Array:
+        """(count, dof) joint positions uniform within the limits, continuous joints over a full turn."""
+        lower, upper = self.joints.limits
+        lower = np.where(np.isfinite(lower), lower, -np.pi)
+        upper = np.where(np.isfinite(upper), upper, np.pi)
+        return self.couple(np.random.default_rng(seed).uniform(lower, upper, (count, self.dof)))
+
+    def self_clearance(self, q: Any) -> Array:
+        """Smallest signed distance (...,) [m] between shapes of the robot that are no neighbours.
+
+        Infinite where it has no such shapes. Errors as in `forward`.
+        """
+        return self._alone.clearance(q)
+
+    def obstacles(
+        self,
+        scene: "Scene | Iterable[Any] | None" = None,
+        *,
+        self_collision: bool = True,
+        limits: bool = False,
+        movable: Iterable[str] = (),
+        base: Any = None,
+    ) -> "Obstacles":
+        """The clearance of this robot in a scene, its gradient, and safe checks of edges.
+
+        Args:
+            scene: a `Scene` or a list of shapes; None is empty space.
+            self_collision: whether the robot's own shapes count.
+            limits: whether joint limits count, a radian as a metre.
+            movable: names of obstacles that `move` shall move cheaply, besides those that have a motion.
+            base: (7,) pose of a floating base; None is the origin.
+
+        Raises:
+            SceneError: no scene, or an unknown name.
+            InputError: a base pose for a robot whose base is fixed.
+        """
+        from skillfold.robots.obstacles import Obstacles
+
+        return Obstacles.build(self, scene, self_collision, limits, movable, base)
+
+    def spec(self) -> Any:
+        """MuJoCo's specification of the robot, all of it, to add things to and compile."""
+        return self._description.spec.copy()
+
+    def lean_spec(self) -> Any:
+        """The same without what only pleases the eye: every shape costs time in every pose."""
+        return self._spec.copy()
+
+    @cached_property
+    def _alone(self) -> "Obstacles":
+        return self.obstacles()
+
+    def _machine(self) -> Indices:
+        """Table for the compiled loops, with this thread's own data."""
+        machine = getattr(self._local, "machine", None)
+        if machine is None:
+            machine = self._local.machine = machine_of(self.model, self.joints)
+        return machine.entries
+
+    def _read(self, q: Any) -> tuple[Array, tuple[int, ...]]:
+        """Joint positions as (n, dof), and their batch shape."""
+        return read_joint_positions(q, self.dof, self.name)
+
+    def _frame(self, name: str | None) -> tuple[int, Array, Array]:
+        wanted = self.tool if name is None else name
+        if not isinstance(wanted, str) or wanted not in self._frames:
+            raise InputError(f"{self.name}: no frame {wanted!r}; possible: {', '.join(self.frames)}.")
+        return self._frames[wanted]
+
+
+def _lean(spec: Any) -> Any:
+    """A copy without what only pleases the eye: every shape costs time in every pose."""
+    lean = spec.copy()
+    lean.compiler.discardvisual = True
+    return lean
+
+
+def _frames(model: Any) -> dict[str, tuple[int, Array, Array]]:
+    """Body, position and quaternion in it of every named site and body; a site hides a body of its name."""
+    frames = {}
+    for i in range(model.nsite):
+        frames[model.site(i).name] = (int(model.site_bodyid[i]), model.site_pos[i].copy(), model.site_quat[i].copy())
+    still = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    for i in range(1, model.nbody):
+        frames.setdefault(model.body(i).name, (i, *still))
+    frames.pop("", None)
+    return frames
+
+
+def _last(model: Any) -> str:
+    """The named body at the end of the longest chain of joints."""
+    depth = np.zeros(model.nbody, int)
+    for body in range(1, model.nbody):
+        # Of bodies behind the same joints the last counts: frames are fixed to links, not links to frames.
+        depth[body] = depth[model.body_parentid[body]] + 1000 * int(model.body_jntnum[body]) + 1
+    named = [body for body in range(1, model.nbody) if model.body(body).name]
+    return model.body(max(named, key=lambda body: depth[body])).name if named else ""

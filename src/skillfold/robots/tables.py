@@ -1,0 +1,84 @@
+"""Tables of addresses: how arrays reach the compiled loops of this room.
+
+Handing a compiled function two dozen arrays costs more time than the work they are for, and makes every caller
+compile for their types. A table is one array: for each slot the address, rows and columns of an array; scalars are
+arrays of one. It keeps nothing alive: whoever holds a `Table` holds what it points to.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from skillfold.jit import njit
+from skillfold.robots.mujoco_calls import integers_at, reals_at
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+ENTRY = 3  # numbers of a slot
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table and all that it points to.
+
+    Attributes:
+        entries: (3 · slots,) address, rows and columns of each array.
+        arrays: by slot.
+        owners: whatever else must live as long.
+    """
+
+    entries: Indices
+    arrays: Mapping[int, np.ndarray[Any, Any]]
+    owners: tuple[Any, ...]
+
+
+def table_of(arrays: Mapping[int, Any], slots: int, *owners: Any) -> Table:
+    """Table of float64 and int64 arrays of one or two dimensions; views of MuJoCo's are kept as they are."""
+    entries = np.zeros(ENTRY * slots, np.int64)
+    kept = {}
+    for slot, given in arrays.items():
+        array = np.asarray(given)
+        array = np.ascontiguousarray(array, np.float64 if array.dtype.kind == "f" else np.int64)
+        kept[slot] = array
+        rows, columns = array.shape if array.ndim == 2 else (1, array.size)
+        entries[ENTRY * slot : ENTRY * slot + ENTRY] = array.ctypes.data, rows, columns
+    return Table(entries, kept, owners)
+
+
+@njit
+def vector(table: Indices, slot: int) -> Array:
+    """Array (n,) of numbers."""
+    return reals_at(table[ENTRY * slot], (table[ENTRY * slot + 1] * table[ENTRY * slot + 2],))
+
+
+@njit
+def matrix(table: Indices, slot: int) -> Array:
+    """Array (rows, columns) of numbers."""
+    return reals_at(table[ENTRY * slot], (table[ENTRY * slot + 1], table[ENTRY * slot + 2]))
+
+
+@njit
+def indices(table: Indices, slot: int) -> Indices:
+    """Array (n,) of indices."""
+    return integers_at(table[ENTRY * slot], (table[ENTRY * slot + 1] * table[ENTRY * slot + 2],))
+
+
+@njit
+def index_matrix(table: Indices, slot: int) -> Indices:
+    """Array (rows, columns) of indices."""
+    return integers_at(table[ENTRY * slot], (table[ENTRY * slot + 1], table[ENTRY * slot + 2]))
+
+
+@njit
+def address(table: Indices, slot: int) -> int:
+    """Where a slot's array lies."""
+    return table[ENTRY * slot]
+
+
+@njit
+def scalar(table: Indices, slot: int) -> int:
+    """The one index of a slot."""
+    return integers_at(table[ENTRY * slot], (1,))[0]
