@@ -188,9 +188,9 @@ class StateSpace:
         if not (np.isfinite(largest) & (largest > 0)).all():
             raise InputError("normalize: a quaternion is all zeros or not finite; it has no direction.")
         # Divided by the largest entry first: squares of very large or small entries would not be finite.
-        lengths = largest * np.linalg.norm(parts / largest, axis=-1, keepdims=True)
-        unit = (parts / largest) / (lengths / largest)
-        out[..., self.quaternions] = np.where(np.abs(lengths - 1) > _UNIT, unit, parts)
+        relative = np.linalg.norm(parts / largest, axis=-1, keepdims=True)
+        unit = (parts / largest) / relative
+        out[..., self.quaternions] = np.where(np.abs(largest * relative - 1) > _UNIT, unit, parts)
         return out
 
     def wrap(self, states: Any) -> Array:
