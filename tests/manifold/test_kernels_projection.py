@@ -18,22 +18,24 @@ def arrays(model):
     return model.surface, model.field
 
 
-def room(model):
-    """Scratch memory for one state."""
-    return make_scratch(*arrays(model), 1), np.empty((4, len(model.surface.points)))
+def room(model, n):
+    """Scratch memory for projections of n states."""
+    return make_scratch(*arrays(model), 4 * n)
 
 
-@pytest.mark.parametrize(("tolerance", "steps"), [(1e-10, 30), (1e-4, 5)])
+@pytest.mark.parametrize(("tolerance", "steps"), [(1e-10, 40), (1e-4, 5)])
 @pytest.mark.parametrize("bounded", [False, True])
 def test_descend(model, bounded, tolerance, steps):
+    """All at once as one by one."""
     trust = model.trust
     limits = (trust.spacing, trust.doubt, trust.cap) if bounded else (np.inf, np.inf, trust.cap)
-    for state, start in zip(model.states(10, 0.3), model.states(10, 0.0), strict=True):
-        points = start[None].copy()
-        met = projection.descend(*arrays(model), *limits, state, points, tolerance, float(steps), *room(model))
-        expected, good = twins.descend(*arrays(model), *limits, state, start, tolerance, steps)
-        assert met == good
-        np.testing.assert_allclose(points[0], expected, atol=1e-9)
+    states, starts = model.states(20, 0.3), model.states(20, 0.0)
+    points = starts.copy()
+    met = projection.descend(*arrays(model), *limits, states, points, tolerance, float(steps), room(model, 20))
+    for i in range(20):
+        expected, good = twins.descend(*arrays(model), *limits, states[i], starts[i], tolerance, steps)
+        assert met[i] == good
+        np.testing.assert_allclose(points[i], expected, atol=1e-8)
 
 
 @pytest.mark.parametrize("spacing", [0.05, 0.5])
@@ -42,7 +44,7 @@ def test_find_starts(model, sure, spacing):
     """With no sure anchors, with two, and with as many as there are; few of them around, or many."""
     flags = model.trust.sure if sure is None else np.arange(len(model.trust.sure)) < sure
     trust = model.trust._replace(sure=flags, spacing=spacing)
-    scratch = room(model)[0]
+    scratch = room(model, 1)
     for state in model.states(10, 0.5):
         found = scratch.distances, scratch.starts, scratch.start_squares
         projection.find_starts(model.surface.points, spacing, flags, state, *found)
@@ -50,17 +52,38 @@ def test_find_starts(model, sure, spacing):
 
 
 @pytest.mark.parametrize("spread", [0.02, 0.3, 2.0])
-def test_project_state_alone_and_in_batches(model, spread):
-    states = model.states(6, spread)
+def test_project_states_in_batches_and_alone(model, spread):
+    states = model.states(12, spread)
     points, met = projection.project_states(*arrays(model), model.trust, states)
-    scratch, work = room(model)
     for state, point, good in zip(states, points, met, strict=True):
         expected, found = twins.project_state(*arrays(model), model.trust, state)
         assert good == found
-        np.testing.assert_allclose(point, expected, atol=1e-9)
-        out = np.empty((1, len(state)))
-        assert projection.project_state(*arrays(model), model.trust, state, scratch, work, out) == good
-        np.testing.assert_array_equal(out[0], point)
+        np.testing.assert_allclose(point, expected, atol=1e-8)
+        alone, found = projection.project_states(*arrays(model), model.trust, state[None])
+        assert found[0] == good
+        np.testing.assert_allclose(alone[0], point, atol=1e-8)
+
+
+def test_project_states_in_several_blocks(model):
+    states = model.states(projection.BLOCK + 3, 0.1)
+    points, met = projection.project_states(*arrays(model), model.trust, states)
+    last = np.ascontiguousarray(states[-3:])
+    out, good = np.empty_like(last), np.empty(3, bool)
+    projection.project_block(*arrays(model), model.trust, last, out, good, room(model, 3))
+    np.testing.assert_allclose(points[-3:], out, atol=1e-8)
+    np.testing.assert_array_equal(met[-3:], good)
+
+
+def test_project_far_goes_no_farther_than_the_nearest_foot(model):
+    states = model.states(12, 1.0)
+    out = np.empty_like(states)
+    met = projection.project_far(*arrays(model), model.trust, states, out, room(model, 12))
+    for state, point, good in zip(states, out, met, strict=True):
+        first = model.surface.points.T[twins.starts(model.surface, model.trust, state)[0]]
+        foot, found = twins.step_back(*arrays(model), first, 1e-10)
+        assert good or not found
+        if found:
+            assert np.linalg.norm(state - point) <= np.linalg.norm(state - foot) + 1e-8
 
 
 def test_project_near(model):
@@ -71,67 +94,21 @@ def test_project_near(model):
     for i, state in enumerate(states):
         expected, good = twins.descend(*arrays(model), np.inf, np.inf, model.trust.cap, state, starts[i])
         assert met[i] == good
-        np.testing.assert_allclose(points[i], expected, atol=1e-9)
-
-
-@pytest.mark.parametrize(("rate", "steps"), [(0.1, 300), (0.7, 7), (1.0, 0)])
-def test_follow_leaf(model, rate, steps):
-    states, starts = model.states(6, 0.2), model.states(6, 0.0)
-    found = projection.follow_leaf(model.field, states, starts, rate, steps)
-    expected = [twins.follow_leaf(model.field, *pair, rate, steps) for pair in zip(states, starts, strict=True)]
-    np.testing.assert_allclose(found, expected, atol=1e-9)
+        np.testing.assert_allclose(points[i], expected, atol=1e-8)
 
 
 def test_step_back(model):
-    for x in model.states(10, 0.3):
-        points = x[None].copy()
-        met = projection.step_back(*arrays(model), points, 1e-10, room(model)[0])
-        expected, good = twins.step_back(*arrays(model), x, 1e-10)
-        assert met == good
-        np.testing.assert_allclose(points[0], expected, atol=1e-9)
+    states = model.states(10, 0.3)
+    points, met = states.copy(), np.zeros(10, bool)
+    met[3] = True  # left where it is
+    projection.step_back(*arrays(model), points, 1e-10, room(model, 10), met)
+    for i in set(range(10)) - {3}:
+        expected, good = twins.step_back(*arrays(model), states[i], 1e-10)
+        assert met[i] == good
+        np.testing.assert_allclose(points[i], expected, atol=1e-9)
+    np.testing.assert_array_equal(points[3], states[3])
 
 
 def test_gap(model):
     a, b = model.states(2, 1.0)
     assert projection.gap(a, b) == pytest.approx(((a - b) ** 2).sum(), rel=1e-12)
-
-
-def test_field_bases(model):
-    states = model.states(10, 1.0)
-    expected = [twins.tangent_basis(model.field, x)[0] for x in states]
-    np.testing.assert_allclose(projection.field_bases(model.field, states), expected, atol=1e-10)
-
-
-def test_displacements(model):
-    states = model.states(10, 0.5)
-    expected = [twins.displacement(*arrays(model), x) for x in states]
-    normals, nearest, doubts = projection.displacements(*arrays(model), states)
-    np.testing.assert_allclose(normals, [e[0] for e in expected], atol=1e-10)
-    np.testing.assert_allclose(nearest, [np.sqrt(e[2]) for e in expected], atol=1e-10)
-    np.testing.assert_allclose(doubts, [e[3] for e in expected], atol=1e-6)
-
-
-@pytest.mark.parametrize("enough", [0.0, 1e-6, 0.05])
-@pytest.mark.parametrize("spread", [0.0, 0.3])
-def test_judge(model, spread, enough):
-    states = model.states(6, spread)
-    expected = [twins.distance(*arrays(model), model.trust, x, enough) for x in states]
-    off, nearest = projection.judge(*arrays(model), model.trust, states, enough)
-    np.testing.assert_allclose(off, expected, atol=1e-9)
-    np.testing.assert_allclose(nearest, projection.nearest_distances(*arrays(model), states), atol=1e-12)
-
-
-def test_judge_next_to_the_surface(model):
-    """Where the displacement is taken for the distance, unless the anchors disagree."""
-    on, met = projection.project_states(*arrays(model), model.trust, model.states(20, 0.05))
-    assert met.any()
-    states = on[met] + 1e-7 * model.rng.normal(size=on[met].shape)
-    expected = [twins.distance(*arrays(model), model.trust, x, 1e-6) for x in states]
-    found, _ = projection.judge(*arrays(model), model.trust, states, 1e-6)
-    np.testing.assert_allclose(found, expected, atol=1e-9)
-
-
-def test_nearest_distances(model):
-    states = model.states(10, 0.5)
-    expected = np.linalg.norm(states[:, None] - model.surface.points.T, axis=2).min(1)
-    np.testing.assert_allclose(projection.nearest_distances(*arrays(model), states), expected, atol=1e-12)

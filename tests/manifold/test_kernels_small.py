@@ -6,9 +6,19 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from skillfold.manifold.kernels import acceleration, geodesic, neighbours, projection, small, surface, tangents
+from skillfold.manifold.kernels import (
+    acceleration,
+    geodesic,
+    judging,
+    leaf,
+    neighbours,
+    projection,
+    small,
+    surface,
+    tangents,
+)
 
-MODULES = [small, neighbours, tangents, surface, projection, acceleration, geodesic]
+MODULES = [small, neighbours, tangents, surface, projection, leaf, judging, acceleration, geodesic]
 SIZES = [(1, 2), (1, 5), (2, 3), (3, 7), (4, 4)]
 
 

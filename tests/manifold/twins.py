@@ -80,23 +80,25 @@ def displacement(surface, field, x):
     return mean - basis.T @ (basis @ mean), basis, square[0], np.sqrt(max(spread, 0.0))
 
 
-def descend(surface, field, farthest, most_doubt, cap, state, point, tolerance=1e-10, steps=30):
+def descend(surface, field, farthest, most_doubt, cap, state, point, tolerance=1e-10, steps=40):
     """Anchored Newton toward `state` along the surface; the point reached and whether it is on the surface."""
-    rate, before, previous = 1.0, np.inf, point
-    for step in range(steps):
+    rate, before, previous, retreated = 1.0, np.inf, point, True
+    for _ in range(steps):
         normal, basis, square, doubt = displacement(surface, field, point)
-        if step > 0 and (square > farthest**2 or doubt > most_doubt):
-            rate, point = rate / 2, previous
-            normal, basis, _, _ = displacement(surface, field, point)
+        if not retreated and (square > farthest**2 or doubt > most_doubt):
+            rate, point, retreated = rate / 2, previous, True
+            continue
         along = basis.T @ (basis @ (state - point))
         off, pull = np.linalg.norm(normal), np.linalg.norm(along)
         if off < tolerance and rate * pull < tolerance:
             return point, True
         if rate < 1e-3:
             break
-        if pull > 0.7 * before:
+        if off + pull > 0.7 * before:
             rate = max(0.6 * rate, 0.05)
-        before, previous = pull, point
+        elif off + pull < 0.5 * before:
+            rate = min(1.25 * rate, 1.0)
+        before, previous, retreated = off + pull, point, False
         forth = min(rate, cap / max(pull, 1e-300))
         point = point + forth * along - min(1.0, cap / max(off, 1e-300)) * normal
     return step_back(surface, field, point, tolerance)
@@ -128,14 +130,14 @@ def project_state(surface, field, trust, state):
     normal, _, _, doubt = displacement(surface, field, state)
     if np.linalg.norm(normal) < 1e-10:
         return state, True
-    if np.linalg.norm(normal) < 0.25 * surface.radii[order[0]] and doubt < trust.ghost:
+    if np.linalg.norm(normal) < 0.25 * surface.radii[order[0]] and doubt < 10.0 * trust.doubt:
         point, met = descend(surface, field, np.inf, np.inf, trust.cap, state, state)
         if met:
             return point, True
     anchors = surface.points.T[starts(surface, trust, state)]
     foot, met = step_back(surface, field, anchors[0], 1e-10)
     within = surface, field, trust.spacing, trust.doubt, trust.cap, state
-    found = [descend(*within, anchor, 1e-4, 12) for anchor in anchors]
+    found = [descend(*within, anchor, 1e-4, 16) for anchor in anchors]
     rough = [point for point, good in found if good]
     if rough:
         best = min(rough, key=lambda point: np.linalg.norm(state - point))
@@ -148,7 +150,7 @@ def project_state(surface, field, trust, state):
 def distance(surface, field, trust, state, enough):
     """Length of the displacement, and of a great doubt, where that is small enough; else to the projection."""
     normal, _, _, doubt = displacement(surface, field, state)
-    off = np.linalg.norm(normal) if doubt <= trust.ghost else np.sqrt((normal**2).sum() + doubt**2)
+    off = np.linalg.norm(normal) if doubt <= 10.0 * trust.doubt else np.sqrt((normal**2).sum() + doubt**2)
     if off <= enough:
         return off
     return np.linalg.norm(project_state(surface, field, trust, state)[0] - state)

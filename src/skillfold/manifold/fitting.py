@@ -12,7 +12,7 @@ from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces
 from skillfold.manifold.free import split_directions
 from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
-from skillfold.manifold.kernels.projection import displacements
+from skillfold.manifold.kernels.judging import displacements
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.model import Model, as_maps, build_surface
 from skillfold.manifold.polynomials import monomials, terms_of
@@ -30,7 +30,6 @@ EDGES = 2500  # that the field is trained on
 RIDGE = 1e-5  # λ: a field trained to the end hardly depends on it, and cross-validation cannot tell 1e-6 from 1e-4
 QUANTILE = 0.95
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
-GHOST = 10.0  # times the usual doubt, beyond the tolerance: where anchors disagree more, they show no surface
 CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller
 WORKERS = 4096  # that one may ask for; negative numbers count down from the cores, as in joblib
 
@@ -147,7 +146,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
         edges=graph.edges,
         step=graph.median,
         tolerance=tolerance,
-        trust=_trust(surface, kernel_field, spacing, tolerance),
+        trust=_trust(surface, kernel_field, spacing),
     )
     progress("training the tangent field", 1.0)
     normals = max(1, inner.shape[1] - dim)
@@ -201,12 +200,11 @@ def _kernel_field(field: TangentField) -> Field:
     )
 
 
-def _trust(surface: Surface, field: Field, spacing: float, tolerance: float) -> Trust:
+def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
     """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
     found = displacements(surface, field, surface.rows)[2]
     usual = max(float(np.median(found)), NO_DOUBT)
-    ghost = max(GHOST * usual, tolerance)
-    return Trust(spacing, usual, ghost, min(CAP, float(np.median(surface.radii))), found <= usual)
+    return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
 
 
 def _calibrate(inner: Array, anchors: Array, judged: Chosen) -> tuple[float, float]:

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.manifold.kernels import projection as kernels
+from skillfold.manifold.kernels.judging import judge, nearest_distances
+from skillfold.manifold.kernels.leaf import field_bases, follow_leaf
+from skillfold.manifold.kernels.projection import project_near, project_states
 from skillfold.manifold.model import Model
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -19,27 +21,25 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 def project_anchored(model: Model, states: Array) -> tuple[Array, Flags]:
     """Closest points of the modelled surface to states (B, D), and whether it was met (B,)."""
-    inner, inside = kernels.project_states(model.surface, model.field, model.trust, model.encode(states))
+    inner, inside = project_states(model.surface, model.field, model.trust, model.encode(states))
     return model.moved(states, inner), inside
 
 
 def project_from(model: Model, states: Array, near: Array) -> tuple[Array, Flags]:
     """The same, found from `near` (B, D) alone: tracked states, so that the answer stays on their sheet."""
-    inner, inside = kernels.project_near(
-        model.surface, model.field, model.trust, model.encode(states), model.encode(near)
-    )
+    inner, inside = project_near(model.surface, model.field, model.trust, model.encode(states), model.encode(near))
     return model.moved(states, inner), inside
 
 
 def project_leaf(model: Model, states: Array, near: Array, rate: float, steps: int) -> Array:
     """The paper's q' ← q' + α H'H''(q − q') from `near` (B, D): ends on the field's leaf through it."""
-    inner = kernels.follow_leaf(model.field, model.encode(states), model.encode(near), rate, steps)
+    inner = follow_leaf(model.field, model.encode(states), model.encode(near), rate, steps)
     return model.moved(near, inner) + (states - near) @ model.free @ model.free.T
 
 
 def tangents(model: Model, states: Array) -> Array:
     """Orthonormal tangents at states (B, D); (B, D, d), the free directions last."""
-    rows = kernels.field_bases(model.field, model.encode(states))
+    rows = field_bases(model.field, model.encode(states))
     free = np.broadcast_to(model.free, (len(states), *model.free.shape))
     return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
 
@@ -64,7 +64,7 @@ class OnManifold:
         """
         m = self.model
         enough = max(self.enough / m.scale, NEAR)
-        off, near = kernels.judge(m.surface, m.field, m.trust, m.encode(states), enough)
+        off, near = judge(m.surface, m.field, m.trust, m.encode(states), enough)
         return m.scale * off, self._outside(states, near)
 
     def distance(self, states: Array) -> Array:
@@ -74,7 +74,7 @@ class OnManifold:
     def inside(self, states: Array) -> Array:
         """The second of what `judge` tells, with less work."""
         m = self.model
-        return self._outside(states, kernels.nearest_distances(m.surface, m.field, m.encode(states)))
+        return self._outside(states, nearest_distances(m.surface, m.field, m.encode(states)))
 
     def _outside(self, states: Array, near: Array) -> Array:
         m = self.model

@@ -43,7 +43,7 @@ def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict
         "free": model.free,
         "free_extent": model.free_extent,
         "edges": model.edges,
-        "trust": np.array(model.trust[:4]),
+        "trust": np.array(model.trust[:3]),
         "sure": model.trust.sure,
     }
     if route is not None:
@@ -160,7 +160,7 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
     sure = arrays["sure"]
     if sure.dtype != np.bool_ or sure.shape != (M,) or not sure.any():
         raise ValueError("sure: expected a flag for each anchor, one set at least")
-    spacing, doubt, ghost, cap = (float(t) for t in _positive("trust", _floats(arrays, "trust", (4,))))
+    spacing, doubt, cap = (float(t) for t in _positive("trust", _floats(arrays, "trust", (3,))))
     _positive("numbers", np.array([numbers["scale"], numbers["step"]]))
     return Model(
         surface=surface,
@@ -170,7 +170,7 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
         free=_floats(arrays, "free", (D, D - inner)),
         free_extent=_floats(arrays, "free_extent", (D - inner,)),
         edges=edges,
-        trust=Trust(spacing, doubt, ghost, cap, sure),
+        trust=Trust(spacing, doubt, cap, sure),
         **numbers,
     )
 

@@ -70,14 +70,12 @@ class Trust(NamedTuple):
     Attributes:
         spacing: usual distance of a sample from the nearest anchor; farther out nothing was demonstrated.
         doubt: disagreement between anchors that is usual at the anchors themselves.
-        ghost: disagreement at which a small displacement means nothing.
         cap: longest single step of a projection.
         sure: (M,) anchors at which the doubt is no larger.
     """
 
     spacing: float
     doubt: float
-    ghost: float
     cap: float
     sure: Flags
 
@@ -142,8 +140,9 @@ def evaluate(surface: Surface, field: Field, states: Array, scratch: Scratch) ->
     tangents is taken off, else an iteration on it would creep along the surface.
     """
     s = scratch
+    n = len(states)  # scratch may have room for more
     find_nearest(surface, states, s)
-    blend(s.squares, s.weights)
+    blend(s.squares[:n], s.weights)
     displace(
         surface.rows,
         surface.tangents,
@@ -162,7 +161,7 @@ def evaluate(surface: Surface, field: Field, states: Array, scratch: Scratch) ->
         s.doubts,
     )
     tangent_bases(field.centres, field.precision, field.weights, states, s.features, s.bases)
-    remove_tangential(s.bases, s.normals, s.along)
+    remove_tangential(s.bases[:n], s.normals, s.along)
 
 
 @njit
@@ -183,8 +182,8 @@ def find_nearest(surface: Surface, states: Array, scratch: Scratch) -> None:
 @njit
 def blend(squares: Array, weights: Array) -> None:
     """Weights (n, m) of the nearest anchors: Wendland's in d² - d²_min, local far from the data too; sum 1."""
-    n, m = weights.shape
-    for i in range(n):
+    m = weights.shape[1]
+    for i in range(len(squares)):
         width = squares[i, m] - squares[i, 0]
         total = 0.0
         for j in range(m):
