@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import skillfold as sf
 from manifold import clouds
 from skillfold.manifold import selection, shapes
 from skillfold.manifold.anchors import fit_surfaces, held_out_residuals, nearest_others
@@ -36,7 +37,7 @@ def test_where_hardly_any_samples_are_left_a_plane_through_all_is_tried():
 
 def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
     x = clouds.normalised(clouds.draw_sphere(400, np.random.default_rng(0)))
-    found = choose_shapes(x, None, 2, LARGEST, 0, 1, silent)
+    found = choose_shapes(x, None, 2, (1, LARGEST), 0, 1, silent)
     trials = found.trials
     most = found.shapes[np.bincount(found.taken).argmax()]
     assert [t.setting for t in trials if t.chosen] == [f"degree {most.degree}, {most.neighbours} neighbours"]
@@ -50,7 +51,7 @@ def test_the_shape_taken_predicts_left_out_samples_best_up_to_doubt():
 def test_scores_are_winsorised_held_out_residuals():
     """Of so few samples every one is predicted."""
     x = clouds.normalised(clouds.torus(90, np.random.default_rng(0)))
-    trials = choose_shapes(x, None, 2, 20, 0, 1, silent).trials
+    trials = choose_shapes(x, None, 2, (1, 20), 0, 1, silent).trials
     everything = np.arange(90)
     for trial in trials:
         degree, neighbours = (int(word) for word in trial.setting.replace(",", "").split() if word.isdigit())
@@ -64,7 +65,7 @@ def test_noise_asks_for_larger_neighbourhoods():
     rng = np.random.default_rng(0)
     x = clouds.draw_sphere(800, rng)
     noise = 0.05 * rng.normal(size=x.shape)
-    quiet, noisy = (choose_shapes(clouds.normalised(y), None, 2, LARGEST, 0, 1, silent) for y in (x, x + noise))
+    quiet, noisy = (choose_shapes(clouds.normalised(y), None, 2, (1, LARGEST), 0, 1, silent) for y in (x, x + noise))
 
     def samples_a_coefficient(found):
         return np.mean([smoothness(found.shapes[i], 2) for i in found.taken])
@@ -77,7 +78,7 @@ def test_folds_take_smaller_neighbourhoods_than_flat_parts():
     rng = np.random.default_rng(0)
     u = rng.uniform(-1, 1, (1000, 2))
     x = np.column_stack([u, 0.3 * np.sin(8 * (u[:, 0] - 0.5)) * (u[:, 0] > 0.5)]) + 0.02 * rng.normal(size=(1000, 3))
-    found = choose_shapes(x, None, 2, LARGEST, 0, 1, silent)
+    found = choose_shapes(x, None, 2, (1, LARGEST), 0, 1, silent)
     smooth = np.array([smoothness(shape, 2) for shape in found.shapes])
     flat, waves = (smooth[found.at(x, x[side])].mean() for side in (u[:, 0] < 0.2, u[:, 0] > 0.6))
     assert flat > 1.25 * waves
@@ -102,8 +103,8 @@ def test_recordings_are_left_out_whole():
     """Held-out residuals then tell the spread between recordings, not the noise along one."""
     t = np.linspace(0, 1, 60)
     x = np.vstack([np.column_stack([t, np.sin(2 * t) + 0.1 * i]) for i in range(6)])
-    by_recording = choose_shapes(x, np.repeat(np.arange(6), 60), 1, 60, 0, 1, silent).residual
-    by_sample = choose_shapes(x, None, 1, 60, 0, 1, silent).residual
+    by_recording = choose_shapes(x, np.repeat(np.arange(6), 60), 1, (1, 60), 0, 1, silent).residual
+    by_sample = choose_shapes(x, None, 1, (1, 60), 0, 1, silent).residual
     assert by_recording > 0.02
     assert by_recording > by_sample
 
@@ -155,3 +156,13 @@ def test_the_table_prints_and_comes_back_from_json():
     assert table.of("field") == (table[1],)
     assert Selection(Trial(*row) for row in table.to_json()) == table
     assert [line[:2] for line in repr(table).splitlines()[1:]] == ["* ", "  "]
+
+
+def test_where_samples_are_dense_the_surfaces_reach_from_anchor_to_anchor():
+    """Noise of dense samples: the nearest few predict each other well and show no surface."""
+    rng = np.random.default_rng(4)
+    x = clouds.draw_sphere(40_000, rng)
+    skill = sf.SkillManifold.fit(x + 0.02 * rng.standard_normal(x.shape), dim=2, kernels=10)
+    assert skill.noise == pytest.approx(0.02, rel=0.2)
+    anchors = skill.model.centre + skill.model.scale * skill.model.anchors @ skill.model.kept.T
+    assert np.median(np.abs(np.linalg.norm(anchors, axis=1) - 1)) < 0.2 * 0.02

@@ -25,7 +25,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 MOST_ANCHORS = 2000
-PER_ANCHOR = 10  # times the samples per anchor: neighbourhoods tried, where samples are many
+LEAST, PER_ANCHOR = 4, 10  # times the samples per anchor: neighbourhoods tried, where samples are many
 EDGES = 2500  # that the field is trained on
 RIDGE = 1e-5  # λ: a field trained to the end hardly depends on it, and cross-validation cannot tell 1e-6 from 1e-4
 QUANTILE = 0.95
@@ -106,8 +106,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     progress("looking for the dimension", 0.0)
     split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed, options.jobs)
     outer, inner, dim = inner, inner @ split.kept, split.dim
-    largest = max(LARGEST, min(len(inner) // 2, PER_ANCHOR * len(inner) // len(chosen)))
-    judged = choose_shapes(inner, groups, dim, largest, options.seed, options.jobs, progress)
+    judged = choose_shapes(inner, groups, dim, _sizes(len(inner), len(chosen)), options.seed, options.jobs, progress)
     trials += judged.trials
     progress("fitting the anchors", 0.0)
     local = _local_surfaces(inner, inner[chosen], judged, dim, options.jobs)
@@ -166,6 +165,16 @@ def _anchor_choice(inner: Array, seed: int) -> Indices:
         chosen[i] = int(distance.argmax())
         np.minimum(distance, ((points - points[chosen[i]]) ** 2).sum(1), out=distance)
     return np.sort(pool[chosen])
+
+
+def _sizes(n_samples: int, n_anchors: int) -> tuple[int, int]:
+    """Smallest and largest neighbourhood: where samples are many, the surfaces must reach from anchor to anchor.
+
+    Of dense samples with noise the nearest few lie scattered evenly in all directions and show no surface; that
+    they predict each other well only says that they were chosen for being near.
+    """
+    share = n_samples / n_anchors
+    return int(LEAST * share), max(LARGEST, min(n_samples // 2, int(PER_ANCHOR * share)))
 
 
 def _local_surfaces(inner: Array, centres: Array, judged: Chosen, dim: int, jobs: int) -> LocalSurfaces:

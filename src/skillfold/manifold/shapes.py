@@ -131,7 +131,13 @@ class Chosen(NamedTuple):
 
 
 def choose_shapes(
-    samples: Array, groups: Indices | None, dim: int, largest: int, seed: int, jobs: int, progress: Progress
+    samples: Array,
+    groups: Indices | None,
+    dim: int,
+    sizes: tuple[int, int],
+    seed: int,
+    jobs: int,
+    progress: Progress,
 ) -> Chosen:
     """Shapes of the local surfaces.
 
@@ -145,14 +151,16 @@ def choose_shapes(
         samples: (N, D).
         groups: recording of each sample, then recordings are left out whole; None leaves single samples out.
         dim: d.
-        largest: neighbourhood.
+        sizes: smallest and largest neighbourhood.
         seed: of the choice of samples predicted.
         jobs: threads.
         progress: called with the stage and its share done.
     """
-    smallest = len(samples) - 1 if groups is None else len(samples) - np.bincount(groups).max()
-    across = 1 if groups is None else min(neighbours_across(samples, groups, seed), smallest)
-    shapes = candidate_shapes(int(smallest), dim, largest, across)
+    n_others = int(len(samples) - (1 if groups is None else np.bincount(groups).max()))
+    least, most = sizes
+    if groups is not None:
+        least = max(least, neighbours_across(samples, groups, seed))
+    shapes = candidate_shapes(n_others, dim, most, min(least, n_others))
 
     def judge(count: int, good: Sequence[Shape]) -> _Judge:
         chosen = spread_out(len(samples), count, seed)
