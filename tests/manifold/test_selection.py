@@ -162,7 +162,7 @@ def test_where_samples_are_dense_the_surfaces_reach_from_anchor_to_anchor():
     """Noise of dense samples: the nearest few predict each other well and show no surface."""
     rng = np.random.default_rng(4)
     x = clouds.draw_sphere(40_000, rng)
-    skill = sf.SkillManifold.fit(x + 0.02 * rng.standard_normal(x.shape), dim=2, kernels=10)
-    assert skill.noise == pytest.approx(0.02, rel=0.2)
+    skill = sf.SkillManifold.fit(x + 0.01 * rng.standard_normal(x.shape), dim=2, kernels=10)
+    assert skill.noise == pytest.approx(0.01, rel=0.2)
     anchors = skill.model.centre + skill.model.scale * skill.model.anchors @ skill.model.kept.T
-    assert np.median(np.abs(np.linalg.norm(anchors, axis=1) - 1)) < 0.2 * 0.02
+    assert np.median(np.abs(np.linalg.norm(anchors, axis=1) - 1)) < 0.3 * 0.01
