@@ -127,27 +127,36 @@ def prepared():
 
 
 def test_what_is_given_is_not_chosen(prepared):
-    features, trials = choose_field(*prepared, None, 7, 1e-3, 0, 1, silent)
-    assert (len(features.centres), trials) == (7, [])
+    features, ridge, trials = choose_field(*prepared, None, 7, 1e-3, 0, 1, silent)
+    assert (len(features.centres), ridge, trials) == (7, 1e-3, [])
 
 
 def test_the_field_taken_leaves_least_of_held_out_steps(prepared):
     stages = []
-    features, trials = choose_field(*prepared, None, None, 1e-5, 0, 1, lambda *stage: stages.append(stage))
-    assert [t.setting for t in trials] == [f"{k} kernels" for k in (5, 10, 20, 40)]
+    features, ridge, trials = choose_field(*prepared, None, None, None, 0, 1, lambda *stage: stages.append(stage))
+    taken = f"{len(features.centres)} kernels"
+    expected = [f"{k} kernels, ridge 1e-05" for k in (5, 10, 20, 40)]
+    assert [t.setting for t in trials] == [*expected, f"{taken}, ridge 1e-06", f"{taken}, ridge 0.0001"]
     best = min(trials, key=lambda t: t.score)
     assert [t for t in trials if t.chosen] == [best]
-    assert best.setting == f"{len(features.centres)} kernels"
+    assert best.setting == f"{taken}, ridge {ridge:g}"
     shares = [share for _, share in stages]
     assert shares == sorted(shares)
     assert shares[0] == 0.0
     assert shares[-1] == 1.0
 
 
+def test_where_the_number_of_kernels_is_given_the_ridge_alone_is_chosen(prepared):
+    features, ridge, trials = choose_field(*prepared, None, 7, None, 0, 1, silent)
+    assert [t.setting for t in trials] == [f"7 kernels, ridge {r}" for r in ("1e-05", "1e-06", "0.0001")]
+    assert min(trials, key=lambda t: t.score).setting.endswith(f"ridge {ridge:g}")
+    assert len(features.centres) == 7
+
+
 def test_workers_change_nothing(prepared):
-    one = choose_field(*prepared, None, None, 1e-5, 0, 1, silent)
-    two = choose_field(*prepared, None, None, 1e-5, 0, 2, silent)
-    assert one[1] == two[1]
+    one = choose_field(*prepared, None, None, None, 0, 1, silent)
+    two = choose_field(*prepared, None, None, None, 0, 2, silent)
+    assert one[1:] == two[1:]
     np.testing.assert_array_equal(one[0].centres, two[0].centres)
 
 

@@ -27,7 +27,6 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 MOST_ANCHORS = 2000
 LEAST, PER_ANCHOR = 4, 10  # times the samples per anchor: neighbourhoods tried, where samples are many
 EDGES = 2500  # that the field is trained on
-RIDGE = 1e-5  # λ: a field trained to the end hardly depends on it, and cross-validation cannot tell 1e-6 from 1e-4
 QUANTILE = 0.95
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
 CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller
@@ -114,14 +113,13 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     graph = build_graph(anchors, neighbors, anchor_groups, too_long=np.inf)
     frames = align_frames(local.tangents, graph)
     edges = graph.edges[spread_out(len(graph.edges), EDGES, options.seed)]
-    ridge = options.ridge or RIDGE
-    features, more = choose_field(
+    features, ridge, more = choose_field(
         anchors,
         edges,
         frames,
         anchor_groups,
         options.kernels,
-        ridge,
+        options.ridge,
         options.seed,
         options.jobs,
         progress,

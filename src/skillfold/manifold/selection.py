@@ -1,6 +1,7 @@
-"""Features of the tangent field, chosen by prediction of edges that were left out."""
+"""Features and ridge of the tangent field, chosen by prediction of edges that were left out."""
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -14,9 +15,15 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 KERNELS = (5, 10, 20, 40, 80)
+RIDGES = (1e-6, 1e-5, 1e-4)
+PLAIN_RIDGE = 1e-5  # at which the number of kernels is compared
 EDGES = 2000  # that a cross-validation of the field looks at
 WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
+FEW_EDGES = 600  # where only the ridge is asked for
 TRIAL_ITERATIONS = 10
+MEASURE = "held-out step off the field (smaller)"
+
+Candidate = tuple[Features, float]  # features and ridge
 
 
 def _folds(edges: Indices, groups: Indices | None, seed: int) -> Indices:
@@ -46,47 +53,83 @@ def _field_error(
     return float(np.sqrt(np.minimum(errors, np.quantile(errors, WINSOR)).mean()))
 
 
+class _Comparison(NamedTuple):
+    """Threefold cross-validation of fields on some edges, in parallel.
+
+    Attributes:
+        samples, edges, frames: as in `choose_field`; edges are those looked at.
+        folds: (E,) fold of each edge.
+        seed: of the trainings.
+        jobs: workers.
+        progress: called with the share of all candidates done.
+    """
+
+    samples: Array
+    edges: Indices
+    frames: Array
+    folds: Indices
+    seed: int
+    jobs: int
+    progress: Callable[[float], None]
+
+    def errors(self, candidates: Sequence[Candidate], begin: float, end: float) -> list[float]:
+        """Held-out error of each candidate; progress goes from `begin` to `end`."""
+        batches: Any = Parallel(n_jobs=self.jobs, prefer="threads", return_as="generator")(
+            delayed(_field_error)(self.samples, self.edges, self.frames, self.folds, features, ridge, self.seed)
+            for features, ridge in candidates
+        )
+        found: list[float] = []
+        for error in batches:
+            found.append(error)
+            self.progress(begin + (end - begin) * len(found) / len(candidates))
+        return found
+
+
 def choose_field(
     samples: Array,
     edges: Indices,
     frames: Array,
     groups: Indices | None,
     kernels: int | None,
-    ridge: float,
+    ridge: float | None,
     seed: int,
     jobs: int,
     progress: Progress,
-) -> tuple[Features, list[Trial]]:
-    """Features of the tangent field by threefold cross-validation, and all trials.
+) -> tuple[Features, float, list[Trial]]:
+    """Features and ridge of the tangent field by threefold cross-validation, and all trials.
 
     Args:
         samples: (N, D), denoised.
         edges: (E, 2).
         frames: (N, D, d), aligned tangents to start training from.
         groups: recording of each sample or None.
-        kernels: fixed by the user, or None.
-        ridge: λ.
+        kernels, ridge: K and λ as fixed by the user, or None.
         seed: of folds and centres.
         jobs: workers; joblib's own backends (Dask, Ray) take over where one is set.
         progress: called with the stage and its share done.
     """
-    if kernels:
-        return Features.place(samples, kernels, seed), []
-    placed = [Features.place(samples, k, seed) for k in KERNELS if k <= max(5, len(samples) // 3)]
-    looked_at = edges[spread_out(len(edges), EDGES, seed)]
-    folds = _folds(looked_at, groups, seed)
+    counts = [kernels] if kernels else [k for k in KERNELS if k <= max(5, len(samples) // 3)]
+    placed = [Features.place(samples, k, seed) for k in counts]
+    plain = ridge or PLAIN_RIDGE
+    if kernels and ridge:
+        return placed[0], ridge, []
+    # Where K is known, only λ is asked for, which matters little.
+    looked_at = edges[spread_out(len(edges), FEW_EDGES if kernels else EDGES, seed)]
     stage = "choosing the tangent field"
     progress(stage, 0.0)
-    batches: Any = Parallel(n_jobs=jobs, prefer="threads", return_as="generator")(
-        delayed(_field_error)(samples, looked_at, frames, folds, features, ridge, seed) for features in placed
+    compare = _Comparison(
+        samples, looked_at, frames, _folds(looked_at, groups, seed), seed, jobs, lambda share: progress(stage, share)
     )
-    errors: list[float] = []
-    for error in batches:
-        errors.append(error)
-        progress(stage, len(errors) / len(placed))
-    best = int(np.argmin(errors))
+    candidates = [(features, plain) for features in placed]
+    errors = compare.errors(candidates, 0.0, 0.7)
+    best = placed[int(np.argmin(errors))]
+    others = [] if ridge else [(best, value) for value in RIDGES if value != plain]
+    errors += compare.errors(others, 0.7, 1.0) if others else []
+    progress(stage, 1.0)
+    taken = int(np.argmin(errors))
+    candidates += others
     trials = [
-        Trial("field", f"{len(f.centres)} kernels", error, "held-out step off the field (smaller)", i == best)
-        for i, (f, error) in enumerate(zip(placed, errors, strict=True))
+        Trial("field", f"{len(f.centres)} kernels, ridge {value:g}", error, MEASURE, i == taken)
+        for i, ((f, value), error) in enumerate(zip(candidates, errors, strict=True))
     ]
-    return placed[best], trials
+    return *candidates[taken], trials

@@ -91,7 +91,7 @@ class SkillManifold:
                 without time order.
             dim: d; left out, from local spectra.
             kernels: K, radial basis functions of the tangent field; left out, by cross-validation.
-            ridge: λ, for steps of unit rms; 1e-5 when left out.
+            ridge: λ, for steps of unit rms; left out, by cross-validation.
             neighbors: of each sample in the graph to start with; it is grown until it is connected.
             seed: the same seed gives the same bits.
             space: what the coordinates of plain arrays are; linear when left out.
