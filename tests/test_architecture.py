@@ -14,8 +14,18 @@ ROOT = Path(skillfold.__file__).parent
 # Each floor may import from floors above it in this list, and from itself.
 FLOORS = [
     {"errors"},
-    {"jit", "spaces"},
-    {"motion", "check", "archive", "demonstrations", "recordings", "alignment", "consistency", "crossings"},
+    {"jit", "spaces", "tables"},
+    {
+        "motion",
+        "check",
+        "clearance",
+        "archive",
+        "demonstrations",
+        "recordings",
+        "alignment",
+        "consistency",
+        "crossings",
+    },
     {"robots", "planning"},
     {"manifold", "keyframes"},
     {"control"},
@@ -31,7 +41,7 @@ HOMES = {
     "viser": ("viewing/",),
     "mujoco": ("robots/", "control/simulate.py"),
     "tyro": ("cli/", "cli.py"),
-    "numba": ("jit.py", "robots/mujoco_calls.py"),
+    "numba": ("jit.py", "tables.py", "robots/mujoco_calls.py"),
 }
 LINES = 300
 # Of `np.random`, what makes no use of NumPy's one global generator.

@@ -17,7 +17,7 @@ from skillfold.robots.pairs import moving, scene_pairs, self_pairs
 from skillfold.robots.poses import place_points
 from skillfold.robots.scene import Scene
 from skillfold.robots.shapes import PointCloud
-from skillfold.robots.tables import Array, Indices, Table, table_of
+from skillfold.tables import Array, Indices, Table, table_of
 
 if TYPE_CHECKING:
     from skillfold.robots.robot import Robot

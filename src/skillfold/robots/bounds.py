@@ -6,7 +6,7 @@ import numpy as np
 
 from skillfold.robots.engine import mujoco
 from skillfold.robots.joints import Joints, moves_of
-from skillfold.robots.tables import Array, Indices
+from skillfold.tables import Array, Indices
 
 ENDLESS = 10.0  # metres that a prismatic joint without limits is taken to travel
 _GEOM = mujoco.mjtGeom

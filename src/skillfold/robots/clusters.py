@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.robots.tables import Array, Indices
+from skillfold.tables import Array, Indices
 
 FULL = 32  # points of a cluster at most
 

@@ -1,39 +1,14 @@
 """Clearance for loops that stay compiled: functions of one type each, and their arguments."""
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from skillfold.clearance import Compiled, Indices
 from skillfold.jit import pointer
 from skillfold.robots import distances, edges
-from skillfold.robots.tables import Array, Indices, Table
-
-
-class Compiled(NamedTuple):
-    """Functions that a compiled loop can take as arguments, to be called with `arguments` last.
-
-    Their types say nothing of robots: a loop that takes them serves any obstacles that answer alike, and is compiled
-    once. Keep this object as long as they are in use: the arguments are addresses of what `owner` holds.
-
-    Attributes:
-        clearance: (q (dof,), gradient (dof,) or (0,), arguments) → clearance, NaN if q is not finite; fills in the
-            gradient.
-        within: (q, reach, distances (n,), gradients (n, dof), arguments) → how many distances are below reach;
-            -1 if q is not finite.
-        edge: (start, end, margin, arguments) → share of the straight edge that is clear; 1 is all of it, 0 if
-            an end is not finite.
-        arguments: int64 array of one robot in one scene, for one thread.
-        capacity: how many distances `within` can find at most.
-        owner: what the arguments point to.
-    """
-
-    clearance: Any
-    within: Any
-    edge: Any
-    arguments: Indices
-    capacity: int
-    owner: Table
+from skillfold.tables import Array, Table
 
 
 def compiled_for(table: Table, capacity: int) -> Compiled:

@@ -13,7 +13,7 @@ from skillfold.jit import njit
 from skillfold.robots import kinematics as kin
 from skillfold.robots.kinematics import add_motion, place
 from skillfold.robots.mujoco_calls import geom_distance
-from skillfold.robots.tables import Array, Indices, address, index_matrix, indices, matrix, scalar, vector
+from skillfold.tables import Array, Indices, address, index_matrix, indices, matrix, scalar, vector
 
 PAIRS = kin.SLOTS  # (P, 2) shapes whose distance counts
 BOUNDS = kin.SLOTS + 1  # (P, K) longest way a point of one moves against the other while joint k moves by one

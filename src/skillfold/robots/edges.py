@@ -22,7 +22,7 @@ from skillfold.robots.distances import (
     nearest_point,
     stand,
 )
-from skillfold.robots.tables import Array, Indices, index_matrix, indices, matrix, vector
+from skillfold.tables import Array, Indices, index_matrix, indices, matrix, vector
 
 SLACK = 1e-4  # metres: an edge nearer than this to the margin is not called clear, so that steps stay finite
 

@@ -10,8 +10,8 @@ from skillfold.errors import RobotError
 from skillfold.robots import kinematics as kin
 from skillfold.robots.engine import mujoco
 from skillfold.robots.poses import HERE
-from skillfold.robots.tables import Array, Indices, Table, table_of
 from skillfold.spaces import StateSpace
+from skillfold.tables import Array, Indices, Table, table_of
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from skillfold.jit import njit
 from skillfold.robots.mujoco_calls import kinematics
-from skillfold.robots.tables import Array, Indices, index_matrix, indices, matrix, scalar, vector
+from skillfold.tables import Array, Indices, index_matrix, indices, matrix, scalar, vector
 
 MODEL, DATA = 0, 1  # their addresses
 QPOS, REST = 2, 3  # (nq,) MuJoCo's positions, overwritten from all that q does not tell, and from q

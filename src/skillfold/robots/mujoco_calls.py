@@ -5,15 +5,10 @@ per thread.
 """
 
 from pathlib import Path
-from typing import Any
 
 import llvmlite.binding as llvm
 import mujoco
 from numba import types
-from numba.extending import intrinsic
-from numba.np.numpy_support import carray
-
-from skillfold.jit import njit
 
 _NAMES = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
 
@@ -37,30 +32,3 @@ geom_distance = types.ExternalFunction(
     "mj_geomDistance",
     types.float64(types.intp, types.intp, types.int32, types.int32, types.float64, types.intp),
 )
-
-
-def _pointer_to(kind: types.Type) -> Any:
-    """A compiled function from an address to a pointer to numbers of that kind."""
-
-    def to_pointer(typing: Any, where: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return builder.inttoptr(values[0], context.get_value_type(signature.return_type))
-
-        return types.CPointer(kind)(types.int64), generate
-
-    return intrinsic(to_pointer)
-
-
-_real_pointer, _integer_pointer = _pointer_to(types.float64), _pointer_to(types.int64)
-
-
-@njit
-def reals_at(where: int, shape: Any) -> Any:
-    """Array of float64 at an address, which must stay alive."""
-    return carray(_real_pointer(where), shape)
-
-
-@njit
-def integers_at(where: int, shape: Any) -> Any:
-    """Array of int64 at an address, which must stay alive."""
-    return carray(_integer_pointer(where), shape)

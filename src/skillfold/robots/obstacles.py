@@ -8,18 +8,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from skillfold.clearance import Compiled
 from skillfold.errors import InputError
 from skillfold.robots import distances, edges
 from skillfold.robots.arguments import Layout, layout_of, table_for
-from skillfold.robots.compiled import Compiled, compiled_for
+from skillfold.robots.compiled import compiled_for
 from skillfold.robots.merging import PREFIX
 from skillfold.robots.poses import read_pose
 from skillfold.robots.reading import read_joint_positions
 from skillfold.robots.scene import Scene
-from skillfold.robots.tables import Array, Table
+from skillfold.tables import Array, Table
 
 if TYPE_CHECKING:
     from skillfold.robots.robot import Robot
+
+MARGIN = 0.02  # metres
 
 
 class Closest(NamedTuple):
@@ -52,6 +55,7 @@ class Obstacles:
         self_collision, limits: whether the robot's own shapes and its joint limits count, a radian as a metre.
         movable: names of obstacles that move without a new model.
         base: (7,) pose of a floating base, None at the origin.
+        margin: clearance [m] that planners try to keep.
     """
 
     robot: "Robot"
@@ -61,14 +65,24 @@ class Obstacles:
     limits: bool
     movable: frozenset[str]
     base: Array | None
+    margin: float
     _layout: Layout
     _local: threading.local
 
     @classmethod
     def build(
-        cls, robot: "Robot", scene: Any, self_collision: bool, limits: bool, movable: Iterable[str], base: Any
+        cls,
+        robot: "Robot",
+        scene: Any,
+        self_collision: bool,
+        limits: bool,
+        movable: Iterable[str],
+        base: Any,
+        margin: float = MARGIN,
     ) -> "Obstacles":
         """See `Robot.obstacles`."""
+        if not (isinstance(margin, int | float | np.number) and np.isfinite(margin) and margin > 0):
+            raise InputError(f"margin {margin!r}; expected metres, above zero.")
         scene = scene if isinstance(scene, Scene) else Scene(() if scene is None else scene)
         moving = {shape.name for shape in scene if shape.motion is not None} | set(movable)
         for name in moving:
@@ -76,10 +90,11 @@ class Obstacles:
         if base is not None:
             base = _read_base(robot, base)
         layout = layout_of(robot, scene, moving, self_collision)
-        return cls(robot, scene, None, self_collision, limits, frozenset(moving), base, layout, threading.local())
+        options = (self_collision, limits, frozenset(moving), base, float(margin))
+        return cls(robot, scene, None, *options, layout, threading.local())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        options = (self.self_collision, self.limits, tuple(sorted(self.movable)), self.base)
+        options = (self.self_collision, self.limits, tuple(sorted(self.movable)), self.base, self.margin)
         return _again, (self.robot, self.scene, self.time, *options)
 
     def __repr__(self) -> str:
@@ -137,6 +152,17 @@ class Obstacles:
         names = {-1: (self.robot.names[b], "lower limit"), -2: (self.robot.names[b], "upper limit")}
         return Closest(distance, *names.get(a, ("nothing", "nothing")), np.full((2, 3), np.nan))
 
+    def nearest(self, q: Any) -> str:
+        """The nearest pair at q (dof,), in words."""
+        found = self.closest(q)
+        return f"{found.first} to {found.second}"
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper joint limits (dof,), which every plan keeps."""
+        lower, upper = self.robot.limits
+        return lower, upper
+
     def edge_clear(self, a: Any, b: Any, margin: float = 0.0) -> Any:
         """Whether clearance stays above `margin` [m] all along straight edges from a to b (..., dof); (...,) bool.
 
@@ -180,7 +206,8 @@ class Obstacles:
         scene = self.scene.moved(name, pose)
         if name in self.movable:
             return replace(self, scene=scene, _local=threading.local())
-        again = Obstacles.build(self.robot, scene, self.self_collision, self.limits, self.movable | {name}, self.base)
+        options = (self.self_collision, self.limits, self.movable | {name}, self.base, self.margin)
+        again = Obstacles.build(self.robot, scene, *options)
         return replace(again, time=self.time)
 
     def compiled(self) -> Compiled:

@@ -7,7 +7,7 @@ import numpy as np
 from skillfold.robots.engine import mujoco
 from skillfold.robots.joints import Joints, moves_of
 from skillfold.robots.merging import Merged
-from skillfold.robots.tables import Indices
+from skillfold.tables import Indices
 
 SAMPLES = 40  # random poses after which a pair that touched in all of them counts as neighbours
 

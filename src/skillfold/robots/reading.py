@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from skillfold.errors import InputError
-from skillfold.robots.tables import Array
+from skillfold.tables import Array
 
 
 def read_joint_positions(q: Any, dof: int, name: str) -> tuple[Array, tuple[int, ...]]:

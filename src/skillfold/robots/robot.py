@@ -14,8 +14,8 @@ from skillfold.robots.joints import Joints, Limits, machine_of, read_joints
 from skillfold.robots.loading import Description, compiled, describe
 from skillfold.robots.poses import compose, place_points, read_pose, turn
 from skillfold.robots.reading import read_joint_positions
-from skillfold.robots.tables import Array, Indices
 from skillfold.spaces import StateSpace
+from skillfold.tables import Array, Indices
 
 if TYPE_CHECKING:
     from skillfold.robots.obstacles import Obstacles
@@ -193,6 +193,7 @@ class Robot:
         limits: bool = False,
         movable: Iterable[str] = (),
         base: Any = None,
+        margin: float = 0.02,
     ) -> "Obstacles":
         """The clearance of this robot in a scene, its gradient, and safe checks of edges.
 
@@ -202,6 +203,7 @@ class Robot:
             limits: whether joint limits count, a radian as a metre.
             movable: names of obstacles that `move` shall move cheaply, besides those that have a motion.
             base: (7,) pose of a floating base; None is the origin.
+            margin: clearance [m] that planners try to keep; they settle for less where there is less.
 
         Raises:
             SceneError: no scene, or an unknown name.
@@ -209,7 +211,7 @@ class Robot:
         """
         from skillfold.robots.obstacles import Obstacles
 
-        return Obstacles.build(self, scene, self_collision, limits, movable, base)
+        return Obstacles.build(self, scene, self_collision, limits, movable, base, margin)
 
     def spec(self) -> Any:
         """MuJoCo's specification of the robot, all of it, to add things to and compile."""

@@ -1,4 +1,4 @@
-"""Tables of addresses: how arrays reach the compiled loops of this room.
+"""Tables of addresses: how arrays reach compiled loops that must not know their owners.
 
 Handing a compiled function two dozen arrays costs more time than the work they are for, and makes every caller
 compile for their types. A table is one array: for each slot the address, rows and columns of an array; scalars are
@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numba import types
+from numba.extending import intrinsic
+from numba.np.numpy_support import carray
 
 from skillfold.jit import njit
-from skillfold.robots.mujoco_calls import integers_at, reals_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -46,6 +48,33 @@ def table_of(arrays: Mapping[int, Any], slots: int, *owners: Any) -> Table:
         rows, columns = array.shape if array.ndim == 2 else (1, array.size)
         entries[ENTRY * slot : ENTRY * slot + ENTRY] = array.ctypes.data, rows, columns
     return Table(entries, kept, owners)
+
+
+def _pointer_to(kind: types.Type) -> Any:
+    """A compiled function from an address to a pointer to numbers of that kind."""
+
+    def to_pointer(typing: Any, where: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            return builder.inttoptr(values[0], context.get_value_type(signature.return_type))
+
+        return types.CPointer(kind)(types.int64), generate
+
+    return intrinsic(to_pointer)
+
+
+_real_pointer, _integer_pointer = _pointer_to(types.float64), _pointer_to(types.int64)
+
+
+@njit
+def reals_at(where: int, shape: Any) -> Any:
+    """Array of float64 at an address, which must stay alive."""
+    return carray(_real_pointer(where), shape)
+
+
+@njit
+def integers_at(where: int, shape: Any) -> Any:
+    """Array of int64 at an address, which must stay alive."""
+    return carray(_integer_pointer(where), shape)
 
 
 @njit
