@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from skillfold.motion import Path as Path
     from skillfold.motion import Plan as Plan
     from skillfold.motion import Trajectory as Trajectory
+    from skillfold.planning.point_obstacles import PointObstacles as PointObstacles
     from skillfold.robots.robot import Robot as Robot
     from skillfold.robots.scene import Scene as Scene
     from skillfold.robots.shapes import Box as Box
@@ -38,6 +39,7 @@ _HOME = {
     "Path": "skillfold.motion",
     "Plan": "skillfold.motion",
     "PointCloud": "skillfold.robots.shapes",
+    "PointObstacles": "skillfold.planning.point_obstacles",
     "Robot": "skillfold.robots.robot",
     "Scene": "skillfold.robots.scene",
     "SkillManifold": "skillfold.manifold.skill",

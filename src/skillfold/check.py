@@ -1,6 +1,7 @@
 """The independent check that every path passes before a plan may say success.
 
-It knows a constraint only by what it can do: `judge` a batch of states. It is told nothing of how the path was found.
+It knows a constraint and obstacles only by what they can do: `judge` and `clearance` of states. It is told nothing
+of how the path was found.
 """
 
 from dataclasses import dataclass
@@ -8,12 +9,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from skillfold.clearance import Clearance
 from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 OUTSIDE = 4.0  # times the usual distance to the demonstrations: a path farther out is not supported by them
 JUMP = 5.0  # times the mean step: a longer one is no continuous motion
+MOST = 20_000  # states that are looked at between those of a path; a longer one is looked at less closely
+SAG = 0.125  # of a second difference: how far the chord of a smooth curve lies off it, half-way
 
 
 class Constraint(Protocol):
@@ -32,55 +36,107 @@ class Constraint(Protocol):
 class Check:
     """Verdict on a path, with the worst place and value of each condition.
 
+    Places are states' indices; with obstacles a path is looked at between its states too, and 2.5 is half-way from
+    state 2 to the next.
+
     Attributes:
         ok: whether every condition holds.
         reason: the first that does not, in words; empty where all hold.
-        residual, residual_at: largest distance from the surface and the index of the state that has it.
+        residual, residual_at: largest distance from the surface and the place that has it.
         outside, outside_at: farthest outside the demonstrations, and where.
         jump, jump_at: longest step in mean steps, and where it starts.
+        clearance, clearance_at: smallest clearance, and where; infinite without obstacles.
     """
 
     ok: bool
     reason: str
     residual: float
-    residual_at: int
+    residual_at: float
     outside: float
-    outside_at: int
+    outside_at: float
     jump: float
     jump_at: int
+    clearance: float = np.inf
+    clearance_at: float = 0.0
 
 
 def check_path(
-    states: Array, constraint: Constraint, tolerance: float, space: StateSpace, still: float = 0.0
+    states: Array,
+    constraint: Constraint,
+    tolerance: float,
+    space: StateSpace,
+    still: float = 0.0,
+    obstacles: Clearance | None = None,
 ) -> Check:
-    """Check residual, support, continuity and limits of a path (n, D).
+    """Check residual, support, continuity, limits and clearance of a path (n, D).
 
     A path whose ends the user put outside the demonstrations may lie as far outside as they do.
 
     Args:
         states: the path.
         constraint: what the path should hold.
-        tolerance: largest distance from its surface.
+        tolerance: largest distance from its surface. Between states that a user asked to lie far apart, straight
+            chords may leave it by as much as the path bends there.
         space: coordinates and their limits.
         still: a step this short is no jump, however short the others are: a path that stays where it is steps from
             its given ends onto the surface and back.
+        obstacles: what the path should keep clear of, also between its states, at their resolution.
     """
-    distance, outside = (np.asarray(values) for values in constraint.judge(states))
+    if not np.isfinite(states).all():
+        return _broken()
+    looked, places = _looked_at(states, obstacles)
+    distance, outside = (np.asarray(values) for values in constraint.judge(looked))
+    over = distance if obstacles is None else distance - _sag(states, places)
     moves = states[1:] - states[:-1]
     steps = np.sqrt(np.einsum("ic,ic->i", moves, moves))
-    a, b, c = int(distance.argmax()), int(outside.argmax()), int(steps.argmax())
+    a, b, c = int(over.argmax()), int(outside.argmax()), int(steps.argmax())
     jump = float(steps[c]) / max(float(steps.sum()) / len(steps), 1e-300)
     allowed = max(OUTSIDE, 1.5 * float(outside[0]), 1.5 * float(outside[-1]))
-    within = space.contains(states, 1e-6 if space.is_flat else 1e-3)
+    clear = np.full(1, np.inf) if obstacles is None else np.atleast_1d(obstacles.clearance(looked))
+    within = space.contains(looked, 1e-6 if space.is_flat else 1e-3)
+    if obstacles is not None:
+        lower, upper = obstacles.bounds
+        within = within & ((looked >= lower - 1e-9) & (looked <= upper + 1e-9)).all(1)
+    d = int(clear.argmin())
     reason = ""
-    if not np.isfinite(states).all():
-        reason = "The path has numbers that are not finite."
-    elif not distance[a] <= tolerance:
-        reason = f"State {a} lies {distance[a]:.2g} off the manifold, more than {tolerance:.2g}."
+    if not over[a] <= tolerance:
+        reason = f"State {places[a]:.4g} lies {distance[a]:.2g} off the manifold, more than {tolerance:.2g}."
     elif not outside[b] <= allowed:
-        reason = f"State {b} lies outside the demonstrations, {outside[b]:.1f} times as far as is usual."
+        reason = f"State {places[b]:.4g} lies outside the demonstrations, {outside[b]:.1f} times as far as is usual."
     elif not (jump <= JUMP or steps[c] <= still):
         reason = f"The path jumps after state {c}, {jump:.1f} times its mean step."
     elif not within.all():
-        reason = f"State {int(within.argmin())} breaks the limits of its coordinates."
-    return Check(not reason, reason, float(distance[a]), a, float(outside[b]), b, jump, c)
+        reason = f"State {places[int(within.argmin())]:.4g} breaks the limits of its coordinates."
+    elif obstacles is not None and not clear[d] > 0.0:
+        reason = f"State {places[d]:.4g} is not clear: {obstacles.nearest(looked[d])}, {clear[d]:.2g}."
+    worst = (float(distance[a]), float(places[a]), float(outside[b]), float(places[b]), jump, c)
+    return Check(not reason, reason, *worst, float(clear[d]), float(places[d]))
+
+
+def _broken() -> Check:
+    reason = "The path has numbers that are not finite."
+    return Check(False, reason, np.inf, 0, np.inf, 0, np.inf, 0, -np.inf, 0)
+
+
+def _looked_at(states: Array, obstacles: Clearance | None) -> tuple[Array, Array]:
+    """The states, and among obstacles others between them at their resolution (m, D); and their places (m,)."""
+    if obstacles is None:
+        return states, np.arange(len(states), dtype=np.float64)
+    lengths = np.linalg.norm(np.diff(states, axis=0), axis=1)
+    resolution = max(obstacles.resolution, float(lengths.sum()) / MOST)
+    counts = np.maximum(np.ceil(lengths / resolution - 1e-9), 1).astype(int)
+    edges = np.repeat(np.arange(len(counts)), counts)
+    share = (np.arange(len(edges)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[edges]
+    looked = states[edges] + share[:, None] * (states[edges + 1] - states[edges])
+    return np.vstack([looked, states[-1:]]), np.append(edges + share, len(states) - 1.0)
+
+
+def _sag(states: Array, places: Array) -> Array:
+    """How far chords may lie off a smooth curve through the states, at places (m,); zero at the states themselves."""
+    if len(states) < 3:
+        return np.zeros(len(places))
+    bends = np.linalg.norm(states[2:] - 2.0 * states[1:-1] + states[:-2], axis=1)
+    bends = np.concatenate([bends[:1], bends, bends[-1:]])
+    edges = np.minimum(places.astype(int), len(states) - 2)
+    share = places - edges
+    return 4.0 * share * (1.0 - share) * SAG * np.maximum(bends[edges], bends[edges + 1])

@@ -44,6 +44,11 @@ class Clearance(Protocol):
         ...
 
     @property
+    def resolution(self) -> float:
+        """Distance between states at which a path is checked."""
+        ...
+
+    @property
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest values (D,) of the coordinates, infinite where there is no limit."""
         ...

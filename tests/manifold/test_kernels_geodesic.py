@@ -74,8 +74,11 @@ def test_newton_steps(model, ends, n):
         normals, bases = found_at(model, path)
         d = bases.shape[1]
         steps = np.zeros_like(path)
-        geodesic.newton_steps(path, normals, bases, np.empty((n, d, d + 1)), steps)
-        np.testing.assert_allclose(steps, twins.newton_steps(path, normals, bases), atol=1e-10)
+        roots, force = model.rng.normal(size=(n, d, d)), model.rng.normal(size=(n, d))
+        for stiffness, pushes in [(0.0 * roots, 0.0 * force), (roots @ roots.swapaxes(1, 2), force)]:
+            geodesic.newton_steps(path, normals, bases, stiffness, pushes, np.empty((n, d, d + 1)), steps)
+            expected = twins.newton_steps(path, normals, bases, stiffness, pushes)
+            np.testing.assert_allclose(steps, expected, atol=1e-10)
 
 
 @pytest.mark.parametrize(("m", "n"), [(4, 9), (13, 50), (13, 26)])
@@ -139,29 +142,3 @@ def test_solve_geodesic_says_where_ends_do_not_meet(model, ends):
     tiny = np.linalg.norm(goal - start) / 1e5  # more steps than a first path may have
     assert geodesic.solve_geodesic(model.surface, model.field, start, goal, tiny, path, 1e-9, 0.3, 30) == (0, np.inf)
     np.testing.assert_array_equal(path, 7.0)
-
-
-@pytest.mark.parametrize("n", [3, 4, 12])
-def test_one_step_of_relax_on_field(model, ends, n):
-    for start, goal in ends:
-        path = bent(start, goal, n, model.rng)
-        expected, _, moved = twins.relax_on_field(model.field, path, 0.0, 1)
-        found = geodesic.relax_on_field(model.field, path, 0.0, 1)
-        assert found == pytest.approx((1, moved), abs=1e-10)
-        np.testing.assert_allclose(path, expected, atol=1e-10)
-
-
-def test_relax_on_field_until_it_settles(model, ends):
-    for start, goal in ends:
-        path = bent(start, goal, 10, model.rng)
-        expected, iterations, _ = twins.relax_on_field(model.field, path, 1e-9, 50)
-        found = geodesic.relax_on_field(model.field, path, 1e-9, 50)
-        assert found[0] == iterations < 50
-        np.testing.assert_allclose(path, expected, atol=1e-10)
-
-
-def test_normal_projector(model):
-    basis, _ = twins.tangent_basis(model.field, model.states(1)[0])
-    out = np.empty((basis.shape[1], basis.shape[1]))
-    geodesic.normal_projector(basis, out)
-    np.testing.assert_allclose(out, np.eye(len(out)) - basis.T @ basis, atol=1e-14)

@@ -5,7 +5,7 @@ import pytest
 
 from manifold import twins
 from manifold.random_models import SHAPES, random_model
-from skillfold.manifold.kernels import leaf
+from skillfold.manifold.kernels import leaf, projection
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -29,3 +29,47 @@ def test_field_bases(model):
     states = model.states(10, 1.0)
     expected = [twins.tangent_basis(model.field, x)[0] for x in states]
     np.testing.assert_allclose(leaf.field_bases(model.field, states), expected, atol=1e-10)
+
+
+@pytest.fixture(scope="module")
+def ends(model):
+    """Pairs of states on the surface, far from each other."""
+    anchors = model.surface.points.T
+    pairs = []
+    for i in model.rng.choice(len(anchors), 5, replace=False):
+        far = np.linalg.norm(anchors - anchors[i], axis=1).argsort()[-3]
+        on, _ = projection.project_states(model.surface, model.field, model.trust, anchors[[i, far]])
+        pairs.append((on[0], on[1]))
+    return pairs
+
+
+def bent(start, goal, n, rng):
+    """A first path beside the straight line, its ends as given."""
+    share = np.linspace(0.0, 1.0, n)[:, None]
+    return start + share * (goal - start) + 0.05 * np.sin(np.pi * share) * rng.normal(size=start.shape)
+
+
+@pytest.mark.parametrize("n", [3, 4, 12])
+def test_one_step_of_relax_on_field(model, ends, n):
+    for start, goal in ends:
+        path = bent(start, goal, n, model.rng)
+        expected, _, moved = twins.relax_on_field(model.field, path, 0.0, 1)
+        found = leaf.relax_on_field(model.field, path, 0.0, 1)
+        assert found == pytest.approx((1, moved), abs=1e-10)
+        np.testing.assert_allclose(path, expected, atol=1e-10)
+
+
+def test_relax_on_field_until_it_settles(model, ends):
+    for start, goal in ends:
+        path = bent(start, goal, 10, model.rng)
+        expected, iterations, _ = twins.relax_on_field(model.field, path, 1e-9, 50)
+        found = leaf.relax_on_field(model.field, path, 1e-9, 50)
+        assert found[0] == iterations < 50
+        np.testing.assert_allclose(path, expected, atol=1e-10)
+
+
+def test_normal_projector(model):
+    basis, _ = twins.tangent_basis(model.field, model.states(1)[0])
+    out = np.empty((basis.shape[1], basis.shape[1]))
+    leaf.normal_projector(basis, out)
+    np.testing.assert_allclose(out, np.eye(len(out)) - basis.T @ basis, atol=1e-14)

@@ -6,6 +6,7 @@ Each takes a kernel's arguments without its scratch memory and returns what the 
 from itertools import combinations_with_replacement
 
 import numpy as np
+from scipy.linalg import block_diag
 
 BLENDED = 8
 REACH = 1.5
@@ -200,8 +201,11 @@ def second_differences(n):
     return np.eye(n, n + 2) - 2 * np.eye(n, n + 2, 1) + np.eye(n, n + 2, 2)
 
 
-def newton_steps(path, normals, bases):
-    """Steps (n, D) onto the surface and to a path without pull along it, by one dense system."""
+def newton_steps(path, normals, bases, stiffness=None, force=None):
+    """Steps (n, D) onto the surface and to a path without pull along it, by one dense system.
+
+    A further force along the tangents, force (n, d) less stiffness (n, d, d) times the step along them, is added.
+    """
     n, D = path.shape
     d = bases.shape[1]
     T = np.zeros(((n - 2) * D, (n - 2) * d))
@@ -209,7 +213,11 @@ def newton_steps(path, normals, bases):
         T[i * D : (i + 1) * D, i * d : (i + 1) * d] = basis.T
     bend = np.kron(second_differences(n - 2), np.eye(D))
     inner, r = bend[:, D:-D], normals[1:-1].ravel()
-    t = np.linalg.solve(T.T @ inner @ T, -T.T @ (bend @ path.ravel() - inner @ r))
+    matrix, right = T.T @ inner @ T, -T.T @ (bend @ path.ravel() - inner @ r)
+    if stiffness is not None:
+        matrix = matrix - block_diag(*stiffness[1:-1])
+        right = right - force[1:-1].ravel()
+    t = np.linalg.solve(matrix, right)
     steps = np.zeros((n, D))
     steps[1:-1] = (T @ t - r).reshape(n - 2, D)
     return steps

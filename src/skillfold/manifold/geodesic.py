@@ -8,7 +8,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
-from skillfold.manifold.kernels.geodesic import relax, relax_on_field, resample, solve_geodesic
+from skillfold.manifold.kernels.geodesic import relax, resample, solve_geodesic
+from skillfold.manifold.kernels.leaf import relax_on_field
 from skillfold.manifold.model import Model
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -63,6 +63,17 @@ def read_numbers(values: Any, what: str, shape: str) -> Array:
         return np.asarray(array, dtype=np.float64)
 
 
+def check_obstacles(obstacles: Any, n_dims: int) -> None:
+    """Raise unless they answer as obstacles do, for states of that many coordinates."""
+    possible = "PointObstacles(points, reach) or robot.obstacles(scene)"
+    if not all(hasattr(obstacles, name) for name in ("clearance", "compiled", "bounds", "margin", "resolution")):
+        raise InputError(f"obstacles={shortened(obstacles)}; expected {possible}.")
+    if len(obstacles.bounds[0]) != n_dims:
+        raise InputError(
+            f"The obstacles are for states of {len(obstacles.bounds[0])} coordinates, the skill has {n_dims}."
+        )
+
+
 def together(a: Array, b: Array) -> tuple[Array, Array]:
     """Both broadcast to one shape."""
     try:

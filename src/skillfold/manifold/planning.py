@@ -8,6 +8,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from skillfold.check import Check, check_path
+from skillfold.clearance import Clearance
+from skillfold.manifold.aside import aside_of
 from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
@@ -20,15 +22,27 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 EVENED = 0.04  # of a path: width over which the pull onto the manifold is evened out
+SHOWN = 101  # states of a demonstrated route where the query names no number
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 
 
 @dataclass(frozen=True)
 class Query:
-    """What is asked: ends and via points (m, D) in order, and the number of path states."""
+    """What is asked.
+
+    Attributes:
+        states: ends and via points (m, D) in order.
+        points: states of the path; 0 among obstacles, for as many as the check looks at.
+        method: "anchored" or "leaf"; among obstacles how to go around them, empty for the default.
+        obstacles: what to keep clear of.
+        seed: of what is sampled.
+    """
 
     states: Array
     points: int
+    method: str = "anchored"
+    obstacles: Clearance | None = None
+    seed: int = 0
 
 
 def plan_geodesic(
@@ -37,12 +51,12 @@ def plan_geodesic(
     """The shortest path on the manifold through the query's states, which are projected first where they are off."""
     if route is not None and is_led(model, route) and not leaf:
         return _plan_led(model, route, space, names, query)
-    asked, moved, supported = _onto(model, query.states)
-    counts = _shares(model, asked, query.points)
+    asked, moved, supported = onto(model, query.states)
+    counts = shares(asked, query.points)
     legs = [_leg(model, a, b, count, leaf) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
-    states = _joined(space, [states for states, _ in legs], asked, counts)
-    tolerance = _usual(model) * (1.0 + 1e-9)  # ends that were left where they are keep this too
-    check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
+    states = joined(space, [states for states, _ in legs], asked, counts)
+    tolerance = usual(model) * (1.0 + 1e-9)  # ends that were left where they are keep this too
+    check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model))
     parts = [part for _, part in legs]
     story = _story_geodesic(moved, supported, parts)
     return _plan(states, names, check, story, parts, moved, "geodesic")
@@ -50,25 +64,30 @@ def plan_geodesic(
 
 def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
     """The same where recordings spread: ends on the manifold keep their offset, and the path returns as they do."""
-    asked, moved, supported = _onto(model, query.states)
-    counts = _shares(model, asked, query.points)
+    asked, moved, supported = onto(model, query.states)
+    counts = shares(asked, query.points)
     legs = [led_path(route, a, b, count) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
-    states = _joined(space, [leg.states for leg in legs], asked, counts)
-    tolerance = _usual(model) + DOUBTED * max(leg.spread for leg in legs)
-    check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
+    states = joined(space, [leg.states for leg in legs], asked, counts)
+    tolerance = usual(model) + DOUBTED * max(leg.spread for leg in legs)
+    check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model))
     parts = [Geodesic(leg.states, leg.iterations, leg.converged, "recordings") for leg in legs]
     return _plan(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
 
 
 def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], route: Route, query: Query) -> Plan:
-    """The way the demonstrations take between the query's ends and through its via points."""
-    answer = route.between(query.states[0], query.states[-1], query.points, query.states[1:-1])
+    """The way the demonstrations take between the query's ends and through its via points, pushed off obstacles."""
+    count = query.points or SHOWN
+    answer = route.between(query.states[0], query.states[-1], count, query.states[1:-1])
     held = _hold(model, answer.states, query.states, DOUBTED * answer.spread)
+    story = "Follows the demonstrations"
+    if query.obstacles is not None:
+        aside = aside_of(held, query.states, query.obstacles)
+        story += f", up to {np.linalg.norm(aside - held, axis=1).max():.3g} aside" if aside is not held else ""
+        held = aside
     states = space.normalize(held)
     ends = float(OnManifold(model).distance(query.states).max())
     tolerance = max(model.scale * model.tolerance + 3.0 * float(answer.spread.max()), 1.5 * ends)
-    check = check_path(states, OnManifold(model, tolerance), tolerance, space, _usual(model))
-    story = "Follows the demonstrations"
+    check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model), query.obstacles)
     if answer.reversed:
         story += ", travelled backwards"
     if answer.start_phase > 0.0 or answer.goal_phase < 1.0:
@@ -81,15 +100,15 @@ def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], r
     return plan
 
 
-def _usual(model: Model) -> float:
+def usual(model: Model) -> float:
     """How far off a state may be that counts as on the manifold, in state units."""
     return model.scale * max(model.tolerance, EXACT)
 
 
-def _onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
+def onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
     moved = np.zeros(len(states))
-    off = OnManifold(model, _usual(model)).distance(states) > _usual(model)
+    off = OnManifold(model, usual(model)).distance(states) > usual(model)
     if not off.any():
         return states, moved, True
     onto = states.copy()
@@ -97,7 +116,7 @@ def _onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
     return onto, np.linalg.norm(onto - states, axis=1), bool(inside.all())
 
 
-def _shares(model: Model, states: Array, points: int) -> list[int]:
+def shares(states: Array, points: int) -> list[int]:
     """States of each leg, both ends counted, in proportion to the distance between its ends."""
     if len(states) == 2:
         return [points]
@@ -115,7 +134,7 @@ def _leg(model: Model, start: Array, goal: Array, count: int, leaf: bool) -> tup
     return model.path(start, goal, found.states), found
 
 
-def _joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]) -> Array:
+def joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]) -> Array:
     """Legs in a row, through the asked states to the bit."""
     states = np.vstack([legs[0], *(leg[1:] for leg in legs[1:])]) if legs[1:] else legs[0]
     states = states if space.is_flat else space.normalize(states)

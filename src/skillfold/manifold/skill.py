@@ -10,12 +10,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from skillfold import archive
+from skillfold.clearance import Clearance
 from skillfold.demonstrations import Demonstrations
-from skillfold.errors import InputError
+from skillfold.manifold.answering import answer, read_plan
 from skillfold.manifold.fitting import Options, fit_model
 from skillfold.manifold.inputs import MANY, amount, choice, read_query, read_states, seed_of, together, whole
 from skillfold.manifold.model import Model
-from skillfold.manifold.planning import Query, plan_demonstrated, plan_geodesic
 from skillfold.manifold.projection import OnManifold, project_anchored, project_from, project_leaf, tangents
 from skillfold.manifold.route import Route
 from skillfold.manifold.samples import read_samples
@@ -28,8 +28,6 @@ from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-POINTS = {"geodesic": 50, "demonstrated": 101}  # states of a plan; chords would cut the wiggles of a route
-ROUTES = ("geodesic", "demonstrated")
 METHODS = ("anchored", "leaf")
 LEAF_RATE, LEAF_STEPS = 0.1, 1000  # of the printed projection; larger rates drift off the leaf
 
@@ -215,7 +213,9 @@ class SkillManifold:
         *,
         via: Any = None,
         route: str | None = None,
-        method: str = "anchored",
+        method: str | None = None,
+        obstacles: Clearance | None = None,
+        seed: int = 0,
     ) -> Plan:
         """A path from start to goal, both (D,), checked before it may say success.
 
@@ -226,7 +226,14 @@ class SkillManifold:
             route: "demonstrated", the way the demonstrations take between such ends (default where the skill was
                 learnt from recordings); "geodesic", the paper's shortest path (section IV-A2; default otherwise),
                 which keeps to the recordings' order where they spread about a curve.
-            method: of a geodesic: "anchored", tied to the data; "leaf", the paper's err_M alone.
+            method: of a geodesic: "anchored", tied to the data (default); "leaf", the paper's err_M alone. Around
+                obstacles: "sampled", by trees on the manifold, shortcuts and smoothing (default where the shortest
+                path is not clear); "hinge", the shortest path bent by penalties on clearance; "springs", the paper's
+                Algorithm 2; "geodesic", the shortest path as it is.
+            obstacles: what the path must keep clear of (section IV-B): `PointObstacles` in the space of states,
+                or `robot.obstacles(scene)`. The path has states as close as the check looks at them, unless `points`
+                tells otherwise.
+            seed: of what is sampled; the same seed gives the same path.
 
         Raises:
             InputError: ends of another shape, not finite, an unknown route. A query that cannot be met is no error
@@ -234,15 +241,9 @@ class SkillManifold:
         """
         if route is None:
             route = "demonstrated" if self.route else "geodesic"
-        count = POINTS[choice("route", route, ROUTES)] if points is None else points
-        choice("method", method, METHODS)
         states = self._rows(read_query(start, goal, via, self.names))
-        query = Query(states, whole("points", count, 1 + len(states), MANY))
-        if route == "geodesic":
-            return plan_geodesic(self.model, self.route, self.space, self.names, query, method == "leaf")
-        if self.route is None:
-            raise InputError("route='demonstrated' needs a skill learnt from two or more whole recordings.")
-        return plan_demonstrated(self.model, self.space, self.names, self.route, query)
+        query = read_plan(states, points, route, method, obstacles, seed)
+        return answer(self.model, self.route, self.space, self.names, query, route == "demonstrated")
 
     def geodesic_distance(self, a: Any, b: Any) -> Any:
         """Length of the shortest path between a and b (..., D), broadcast; infinite where none was found; (...,)."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from skillfold.robots.robot import Robot
 
 MARGIN = 0.02  # metres
+RESOLUTION = 0.01  # radians
 
 
 class Closest(NamedTuple):
@@ -156,6 +157,11 @@ class Obstacles:
         """The nearest pair at q (dof,), in words."""
         found = self.closest(q)
         return f"{found.first} to {found.second}"
+
+    @property
+    def resolution(self) -> float:
+        """Distance [rad, m] between states at which a path is checked."""
+        return RESOLUTION
 
     @property
     def bounds(self) -> tuple[Array, Array]:

@@ -8,7 +8,6 @@ from skillfold.jit import njit
 from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, take
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
 from skillfold.manifold.kernels.surface import Field, Surface, evaluate, make_scratch
-from skillfold.manifold.kernels.tangents import tangent_bases
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -91,7 +90,9 @@ def resample(path: Array, out: Array) -> None:
 
 
 @njit
-def newton_steps(path: Array, normals: Array, tangents: Array, right: Array, steps: Array) -> None:
+def newton_steps(
+    path: Array, normals: Array, tangents: Array, stiffness: Array, force: Array, right: Array, steps: Array
+) -> None:
     """Steps δ (n, D) that would bring a path (n, D) onto the surface and make it straight along it.
 
     With the displacement r from the surface and H's tangents T at every inner point, solves
@@ -99,7 +100,8 @@ def newton_steps(path: Array, normals: Array, tangents: Array, right: Array, ste
         N'δ_i = −N'r_i,    T_i'(δ_{i−1} − 2δ_i + δ_{i+1}) = −T_i'(q_{i−1} − 2q_i + q_{i+1})
 
     for all points at once: on the surface, and no pull along it (err_M = 0 and ∇err_length = 0). With
-    δ_i = T_i t_i − r_i this is block tridiagonal in the d-vectors t_i.
+    δ_i = T_i t_i − r_i this is block tridiagonal in the d-vectors t_i. A further force f − S t along the tangents,
+    force (n, d) and stiffness (n, d, d), is added to that pull.
     """
     n, D = path.shape
     d = tangents.shape[1]
@@ -110,14 +112,14 @@ def newton_steps(path: Array, normals: Array, tangents: Array, right: Array, ste
             for c in range(D):
                 bend = path[i - 1, c] - 2.0 * path[i, c] + path[i + 1, c]
                 s -= tangents[i, a, c] * (bend - normals[i - 1, c] + 2.0 * normals[i, c] - normals[i + 1, c])
-            right[i, a, d] = s
+            right[i, a, d] = s - force[i, a]
             for b in range(d):
                 s = 0.0
                 if i < n - 2:
                     for c in range(D):
                         s += tangents[i, a, c] * tangents[i + 1, b, c]
                 right[i, a, b] = s
-                block[a, b] = -2.0 if a == b else 0.0
+                block[a, b] = (-2.0 if a == b else 0.0) - stiffness[i, a, b]
         if i > 1:
             for a in range(d):
                 for e in range(d):
@@ -153,6 +155,7 @@ def relax(
     d = field.weights.shape[0]
     scratch = make_scratch(surface, field, n)
     right, steps, before = np.empty((n, d, d + 1)), np.zeros((n, D)), np.zeros((n, D))
+    stiffness, force = np.zeros((n, d, d)), np.zeros((n, d))
     path_changes, step_changes = np.zeros((MEMORY, n, D)), np.zeros((MEMORY, n, D))
     next_size, size, earlier, iteration, known = np.inf, np.inf, 0.0, 0, 0
     while iteration < limit and next_size >= tolerance:
@@ -161,7 +164,7 @@ def relax(
         scratch.normals[n - 1] = 0.0
         slot = known % MEMORY
         copy_rows(steps, path_changes[slot])
-        newton_steps(path, scratch.normals, scratch.bases, right, steps)
+        newton_steps(path, scratch.normals, scratch.bases, stiffness, force, right, steps)
         last, size = size, longest(steps)
         if iteration > 0:
             earlier, share = share, min(size / last, 1.0)
@@ -226,72 +229,3 @@ def solve_geodesic(
         refine(coarse, path)
     iterations, moved, _ = relax(surface, field, path, tolerance, cap, limit, share)
     return iterations, moved
-
-
-@njit
-def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> tuple:
-    """The printed conditions of section IV-A4 solved together, in place; (iterations, largest last step).
-
-    At each inner point, with N the normal projector there and P⊥ that at the midpoints to its neighbours,
-
-        N [P⊥₋(q_i − q_{i−1}) − P⊥₊(q_{i+1} − q_i)] = 0,    T'(q_{i−1} − 2q_i + q_{i+1}) = 0.
-
-    The projectors are frozen in each iteration, which leaves a block tridiagonal system in D-vectors.
-    """
-    n, D = path.shape
-    d = field.weights.shape[0]
-    features, bases, midways = np.empty(field.centres.shape[1]), np.empty((n, d, D)), np.empty((n - 1, d, D))
-    across = np.empty((n - 1, D, D))
-    here = np.empty((D, D))
-    right = np.empty((n, D, D + 1))
-    moved, iteration = np.inf, 0
-    while iteration < limit and moved >= tolerance:
-        iteration += 1
-        middle = 0.5 * (path[1:] + path[:-1])
-        tangent_bases(field.centres, field.precision, field.weights, path, features, bases)
-        tangent_bases(field.centres, field.precision, field.weights, middle, features, midways)
-        for i in range(n - 1):
-            normal_projector(midways[i], across[i])
-        right[:] = 0.0
-        copy(path[0], right[0, :, D])
-        copy(path[n - 1], right[n - 1, :, D])
-        for i in range(1, n - 1):
-            normal_projector(bases[i], here)
-            # (I − N) turns the second difference into its part along the surface.
-            before = here @ across[i - 1] + np.eye(D) - here
-            after = here @ across[i] + np.eye(D) - here
-            block = before + after
-            for a in range(D):
-                for c in range(D):
-                    for b in range(D):
-                        block[a, b] -= before[a, c] * right[i - 1, c, b]
-                    right[i, a, D] += before[a, c] * right[i - 1, c, D]
-                    if i == n - 2:
-                        right[i, a, D] += after[a, c] * path[n - 1, c]
-                    else:
-                        right[i, a, c] = after[a, c]
-            solve_in_place(block, right[i])
-        moved = 0.0
-        for i in range(n - 2, 0, -1):
-            size = 0.0
-            for a in range(D):
-                value = right[i, a, D]
-                if i < n - 2:
-                    for c in range(D):
-                        value += right[i, a, c] * path[i + 1, c]
-                size += (value - path[i, a]) ** 2
-                path[i, a] = value
-            moved = max(moved, np.sqrt(size))
-    return iteration, moved
-
-
-@njit
-def normal_projector(basis: Array, out: Array) -> None:
-    """I − T'T for orthonormal rows T (d, D), into `out` (D, D)."""
-    d, D = basis.shape
-    for a in range(D):
-        for b in range(D):
-            s = 1.0 if a == b else 0.0
-            for e in range(d):
-                s -= basis[e, a] * basis[e, b]
-            out[a, b] = s

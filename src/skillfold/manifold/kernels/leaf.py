@@ -1,11 +1,11 @@
-"""The tangent field alone: its bases at many states, and the printed projection along its leaves."""
+"""The tangent field alone: its bases at many states, the printed projection and the printed geodesics."""
 
 from typing import Any
 
 import numpy as np
 
 from skillfold.jit import njit
-from skillfold.manifold.kernels.small import keep_along, norm
+from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
 from skillfold.manifold.kernels.surface import Field
 from skillfold.manifold.kernels.tangents import tangent_bases
 
@@ -42,3 +42,72 @@ def field_bases(field: Field, states: Array) -> Array:
     features = np.empty(field.centres.shape[1])
     tangent_bases(field.centres, field.precision, field.weights, states, features, bases)
     return bases
+
+
+@njit
+def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> tuple:
+    """The printed conditions of section IV-A4 solved together, in place; (iterations, largest last step).
+
+    At each inner point, with N the normal projector there and P⊥ that at the midpoints to its neighbours,
+
+        N [P⊥₋(q_i − q_{i−1}) − P⊥₊(q_{i+1} − q_i)] = 0,    T'(q_{i−1} − 2q_i + q_{i+1}) = 0.
+
+    The projectors are frozen in each iteration, which leaves a block tridiagonal system in D-vectors.
+    """
+    n, D = path.shape
+    d = field.weights.shape[0]
+    features, bases, midways = np.empty(field.centres.shape[1]), np.empty((n, d, D)), np.empty((n - 1, d, D))
+    across = np.empty((n - 1, D, D))
+    here = np.empty((D, D))
+    right = np.empty((n, D, D + 1))
+    moved, iteration = np.inf, 0
+    while iteration < limit and moved >= tolerance:
+        iteration += 1
+        middle = 0.5 * (path[1:] + path[:-1])
+        tangent_bases(field.centres, field.precision, field.weights, path, features, bases)
+        tangent_bases(field.centres, field.precision, field.weights, middle, features, midways)
+        for i in range(n - 1):
+            normal_projector(midways[i], across[i])
+        right[:] = 0.0
+        copy(path[0], right[0, :, D])
+        copy(path[n - 1], right[n - 1, :, D])
+        for i in range(1, n - 1):
+            normal_projector(bases[i], here)
+            # (I − N) turns the second difference into its part along the surface.
+            before = here @ across[i - 1] + np.eye(D) - here
+            after = here @ across[i] + np.eye(D) - here
+            block = before + after
+            for a in range(D):
+                for c in range(D):
+                    for b in range(D):
+                        block[a, b] -= before[a, c] * right[i - 1, c, b]
+                    right[i, a, D] += before[a, c] * right[i - 1, c, D]
+                    if i == n - 2:
+                        right[i, a, D] += after[a, c] * path[n - 1, c]
+                    else:
+                        right[i, a, c] = after[a, c]
+            solve_in_place(block, right[i])
+        moved = 0.0
+        for i in range(n - 2, 0, -1):
+            size = 0.0
+            for a in range(D):
+                value = right[i, a, D]
+                if i < n - 2:
+                    for c in range(D):
+                        value += right[i, a, c] * path[i + 1, c]
+                size += (value - path[i, a]) ** 2
+                path[i, a] = value
+            moved = max(moved, np.sqrt(size))
+    return iteration, moved
+
+
+@njit
+def normal_projector(basis: Array, out: Array) -> None:
+    """I − T'T for orthonormal rows T (d, D), into `out` (D, D)."""
+    d, D = basis.shape
+    for a in range(D):
+        for b in range(D):
+            s = 1.0 if a == b else 0.0
+            for e in range(d):
+                s -= basis[e, a] * basis[e, b]
+            out[a, b] = s

@@ -1,0 +1,51 @@
+"""A planning query read, and given to who answers it."""
+
+from skillfold.clearance import Clearance
+from skillfold.errors import InputError
+from skillfold.manifold.avoiding import plan_clear
+from skillfold.manifold.inputs import MANY, check_obstacles, choice, seed_of, whole
+from skillfold.manifold.model import Model
+from skillfold.manifold.planning import Query, plan_demonstrated, plan_geodesic
+from skillfold.manifold.route import Route
+from skillfold.motion import Array, Plan
+from skillfold.spaces import StateSpace
+
+POINTS = {"geodesic": 50, "demonstrated": 101}  # states of a plan; chords would cut the wiggles of a route
+ROUTES = ("geodesic", "demonstrated")
+ALONE = ("anchored", "leaf")
+AROUND = ("geodesic", "springs", "hinge", "sampled")
+
+
+def read_plan(
+    states: Array, points: int | None, route: str, method: str | None, obstacles: Clearance | None, seed: int
+) -> Query:
+    """What `SkillManifold.plan` was asked, checked; `states` (2 + m, D) are so already."""
+    count = POINTS[choice("route", route, ROUTES)] if points is None else points
+    count = whole("points", count, 1 + len(states), MANY)
+    if obstacles is None:
+        return Query(states, count, "anchored" if method is None else choice("method", method, ALONE))
+    check_obstacles(obstacles, states.shape[1])
+    method = "" if method is None else choice("method", method, AROUND)
+    return Query(states, count if points else 0, method, obstacles, seed_of(seed))
+
+
+def answer(
+    model: Model, route: Route | None, space: StateSpace, names: tuple[str, ...], query: Query, demonstrated: bool
+) -> Plan:
+    """The plan; the way the demonstrations take, where that is asked for, or the shortest on the manifold."""
+    if not demonstrated:
+        return _on_manifold(model, route, space, names, query)
+    if route is None:
+        raise InputError("route='demonstrated' needs a skill learnt from two or more whole recordings.")
+    plan = plan_demonstrated(model, space, names, route, query)
+    if plan.success or query.obstacles is None or model.dim == 1:
+        return plan
+    # What cannot be pushed aside may still be gone around, as long as the manifold leaves a choice.
+    around = _on_manifold(model, route, space, names, query)
+    return around if around.success else plan
+
+
+def _on_manifold(model: Model, route: Route | None, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
+    if query.obstacles is None:
+        return plan_geodesic(model, route, space, names, query, query.method == "leaf")
+    return plan_clear(model, space, names, query, query.obstacles, query.method, query.seed)

@@ -1,0 +1,187 @@
+"""Plans around obstacles (section IV-B): the shortest path where it is clear, else one that bends or is sampled."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from skillfold.check import check_path
+from skillfold.clearance import Clearance
+from skillfold.manifold.geodesic import geodesic
+from skillfold.manifold.model import Model
+from skillfold.manifold.planning import Query, joined, onto, shares, usual
+from skillfold.manifold.projection import OnManifold
+from skillfold.manifold.sampled import sampled_path, smoothed, states_for
+from skillfold.manifold.springs import sprung
+from skillfold.manifold.terrain import Terrain
+from skillfold.motion import Path, Plan
+from skillfold.spaces import StateSpace
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+KEPT = 0.25  # of the margin that edges must keep; where an end has less, half of what it has
+FIRST = 50  # states of the shortest path that is tried first
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A path between two states, in whole coordinates, and how it was found.
+
+    Attributes:
+        path: (n, D).
+        method: that found it.
+        iterations: of its solver.
+        converged: whether its own stop rule was met.
+        seconds: until a first clear path was there.
+        blocked: what stands in the way of the shortest path, in words; empty where nothing does.
+    """
+
+    path: Array
+    method: str
+    iterations: int
+    converged: bool
+    seconds: float
+    blocked: str = ""
+
+
+def plan_clear(
+    model: Model,
+    space: StateSpace,
+    names: tuple[str, ...],
+    query: Query,
+    obstacles: Clearance,
+    method: str,
+    seed: int,
+) -> Plan:
+    """A path on the manifold through the query's states, clear of obstacles.
+
+    Args:
+        model, space, names: of the skill.
+        query: ends and via points, projected first where they are off; and the number of states, 0 for as many as
+            the check looks at.
+        obstacles: what to keep clear of.
+        method: "geodesic", "springs", "hinge", "sampled"; empty tries the shortest path, then samples.
+        seed: of the samples.
+    """
+    begun = perf_counter()
+    asked, moved, _ = onto(model, query.states)
+    touching = _touching(obstacles, asked)
+    if touching:
+        return _failed(asked, names, touching, moved)
+    spacing = obstacles.resolution / model.scale
+    legs = []
+    for a, b in pairwise(asked):
+        ends = np.stack([a, b])
+        margin = min(KEPT * obstacles.margin, 0.5 * float(np.min(obstacles.clearance(ends))))
+        terrain = Terrain.between(model, space, obstacles, ends, margin)
+        legs.append((terrain, _leg(terrain, ends, spacing, method, seed)))
+    counts = shares(asked, query.points) if query.points else [len(leg.path) for _, leg in legs]
+    paths = [_read(terrain, leg.path, n) for (terrain, leg), n in zip(legs, counts, strict=True)]
+    states = joined(space, paths, asked, counts)
+    tolerance = usual(model) * (1.0 + 1e-9)
+    check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model), obstacles)
+    found = [leg for _, leg in legs]
+    story = _story(found, moved)
+    path = Path(states, names)
+    return Plan(
+        success=check.ok,
+        reason=story if check.ok else f"{check.reason} ({story})",
+        path=path,
+        length=path.length,
+        residual=check.residual,
+        iterations=sum(leg.iterations for leg in found),
+        converged=all(leg.converged for leg in found),
+        route="geodesic",
+        start_moved=float(moved[0]),
+        goal_moved=float(moved[-1]),
+        stats={
+            "check": check,
+            "methods": tuple(leg.method for leg in found),
+            "seconds_to_first": sum(leg.seconds for leg in found),
+            "seconds": perf_counter() - begun,
+        },
+    )
+
+
+def _leg(terrain: Terrain, ends: Array, spacing: float, method: str, seed: int) -> Leg:
+    """The shortest path where it is clear or asked for, else what the method finds."""
+    begun = perf_counter()
+    model = terrain.model
+    found = geodesic(model, model.encode(ends[0]), model.encode(ends[1]), FIRST)
+    shortest = terrain.coordinates(model.path(ends[0], ends[1], found.states))
+    dense, settled = terrain.settled(shortest, states_for(shortest, spacing), smooth=True)
+    seconds = perf_counter() - begun
+    at = terrain.first_blocked(dense)
+    if method == "geodesic" or (at < 0 and settled and found.converged):
+        return Leg(dense, "geodesic", found.iterations, found.converged, seconds)
+    blocked = terrain.obstacles.nearest(terrain.states(dense[at])) if at >= 0 else ""
+    if method in _BENT:
+        path, steps, converged = _BENT[method](terrain, shortest, spacing)
+        path = path if len(path) else dense
+        return Leg(path, method, found.iterations + steps, converged, perf_counter() - begun, blocked)
+    sample = sampled_path(terrain, terrain.coordinates(ends), spacing, seed)
+    path = sample.path if len(sample.path) else dense
+    kind = ("sampled" if sample.smooth else "rough") if len(sample.path) else "none"
+    return Leg(path, kind, found.iterations + sample.iterations, kind == "sampled", seconds + sample.seconds, blocked)
+
+
+def _hinged(terrain: Terrain, shortest: Array, spacing: float) -> tuple[Array, int, bool]:
+    path, steps = smoothed(terrain, shortest, spacing)
+    return path, steps, bool(len(path))
+
+
+def _sprung(terrain: Terrain, shortest: Array, spacing: float) -> tuple[Array, int, bool]:
+    path, steps, converged = sprung(terrain, shortest)
+    dense, _ = terrain.settled(path, states_for(path, spacing), smooth=False)
+    return dense, steps, converged
+
+
+_BENT: dict[str, Callable[[Terrain, Array, float], tuple[Array, int, bool]]] = {"hinge": _hinged, "springs": _sprung}
+
+
+def _read(terrain: Terrain, path: Array, count: int) -> Array:
+    return terrain.states(path if count == len(path) else terrain.settled(path, count, smooth=False)[0])
+
+
+def _touching(obstacles: Clearance, asked: Array) -> str:
+    """Why a path through these states cannot be clear; empty where it may be."""
+    lower, upper = obstacles.bounds
+    names = ["start", *(f"via {i}" for i in range(len(asked) - 2)), "goal"]
+    for name, state, clearance in zip(names, asked, np.atleast_1d(obstacles.clearance(asked)), strict=True):
+        if not clearance > 0.0:
+            return f"The {name} is not clear: {obstacles.nearest(state)}, {clearance:.3g}."
+        beyond = np.maximum(state - upper, lower - state)
+        if beyond.max() > 0.0:
+            return f"The {name} breaks the limits of coordinate {int(beyond.argmax())} by {beyond.max():.3g}."
+    return ""
+
+
+def _failed(asked: Array, names: tuple[str, ...], reason: str, moved: Array) -> Plan:
+    path = Path(asked, names)
+    ends = (float(moved[0]), float(moved[-1]))
+    return Plan(False, reason, path, path.length, np.inf, 0, False, "geodesic", *ends)
+
+
+def _story(legs: list[Leg], moved: Array) -> str:
+    names = ["start", *(f"via {i}" for i in range(len(moved) - 2)), "goal"]
+    parts = [f"{name} moved {m:.3g} onto the manifold" for name, m in zip(names, moved, strict=True) if m > 0]
+    blocked = sorted({leg.blocked for leg in legs if leg.blocked})
+    if blocked:
+        parts.append("the shortest path is blocked by " + ", ".join(blocked))
+    for method, words in _TOLD.items():
+        if any(leg.method == method for leg in legs):
+            parts.append(words)
+    head = "Path on the manifold around obstacles" if blocked else "Shortest path on the manifold"
+    return head + "".join(f"; {part}" for part in parts) + "."
+
+
+_TOLD = {
+    "springs": "bent by springs",
+    "hinge": "bent by penalties on clearance",
+    "sampled": "found by sampling and made smooth",
+    "rough": "found by sampling, but it could not be made smooth",
+    "none": "sampling found no way around: more samples than these may, or there is none",
+}

@@ -1,0 +1,296 @@
+"""Paths that bend around obstacles: hinge penalties by Gauss-Newton, and the paper's springs (section IV-B).
+
+States are whole coordinates, as in `walking`.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skillfold.jit import njit
+from skillfold.manifold.kernels.acceleration import longest
+from skillfold.manifold.kernels.geodesic import newton_steps
+from skillfold.manifold.kernels.small import norm
+from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
+from skillfold.manifold.kernels.walking import (
+    Barrier,
+    Chart,
+    Support,
+    edge_is_clear,
+    settle,
+    to_slope,
+    to_state,
+)
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+STIFF = 10.0  # of a penalty, where the spring between neighbouring states has 1
+BLUNT = 0.1  # of the steepest gradient: flatter ones are not taken for an infinite depth
+SIGHT = 3.0  # margins, from where on obstacles shorten steps
+STRIDE = 0.5  # of the clearance that a state may go in one step: none tunnels through what is thin
+FREED = 0.3  # of the margin that one may go where it has no clearance
+INSET = 0.005  # rms radii that a path keeps from limits
+
+
+@njit
+def frame_path(
+    surface: Surface, field: Field, path: Array, inner: Array, normals: Array, tangents: Array, scratch: Scratch
+) -> None:
+    """Displacements (n, D) from the surface and tangents (n, d, D) of a path of whole coordinates (n, D).
+
+    `inner` is (n, D - f) scratch. Rows of the free directions have been put into `tangents` once and stay.
+    """
+    n, k = inner.shape
+    for i in range(n):
+        for c in range(k):
+            inner[i, c] = path[i, c]
+    evaluate(surface, field, inner, scratch)
+    for i in range(n):
+        for c in range(k):
+            normals[i, c] = scratch.normals[i, c]
+        for a in range(scratch.bases.shape[1]):
+            for c in range(k):
+                tangents[i, a, c] = scratch.bases[i, a, c]
+
+
+@njit
+def free_rows(tangents: Array, kept: int) -> None:
+    """Rows of the free directions, the last of each basis (d, D); `kept` coordinates are not free."""
+    n, d, D = tangents.shape
+    for i in range(n):
+        for a in range(D - kept):
+            tangents[i, d - (D - kept) + a, kept + a] = 1.0
+
+
+@njit
+def pushes(
+    chart: Chart,
+    barrier: Barrier,
+    z: Array,
+    normal: Array,
+    tangents: Array,
+    margin: float,
+    steepest: float,
+    distances: Array,
+    gradients: Array,
+    slope: Array,
+    state: Array,
+    stiffness: Array,
+    force: Array,
+) -> tuple:
+    """Penalties ½ STIFF ((margin − c) / ‖∇c‖)² at one state z, along its tangents (d, D), added to what is there.
+
+    A clearance over its gradient is a way in the space of states, whatever it was measured in. Limits of coordinates
+    count too. Returns the least clearance, SIGHT margins at most, and the steepest
+    gradient seen so far.
+    """
+    D = z.size
+    to_state(chart, z, state)
+    least = SIGHT * margin
+    count = max(barrier.within(state, least, distances, gradients, barrier.arguments), 0)
+    for p in range(count):
+        least = min(least, distances[p])
+        to_slope(chart, gradients[p], slope)
+        steepest = max(steepest, norm(slope))
+        if distances[p] < margin:
+            add_push(slope, margin - distances[p], steepest, normal, tangents, stiffness, force)
+    for c in range(D):
+        over = state[c] - chart.upper[c] + INSET * chart.scale
+        under = chart.lower[c] - state[c] + INSET * chart.scale
+        if max(over, under) > 0.0:
+            for k in range(D):
+                slope[k] = chart.scale * chart.axes[k, c] * (-1.0 if over > under else 1.0)
+            add_push(slope, max(over, under), 0.0, normal, tangents, stiffness, force)
+    return least, steepest
+
+
+@njit
+def add_push(
+    slope: Array, depth: float, steepest: float, normal: Array, tangents: Array, stiffness: Array, force: Array
+) -> None:
+    """One penalty of a depth with this gradient (D,), into stiffness (d, d) and force (d,)."""
+    d, D = tangents.shape
+    weight, ahead = 0.0, 0.0
+    for c in range(D):
+        weight += slope[c] ** 2
+        ahead += slope[c] * normal[c]
+    weight = STIFF / max(weight, (BLUNT * steepest) ** 2, 1e-300)
+    for a in range(d):
+        s = 0.0
+        for c in range(D):
+            s += tangents[a, c] * slope[c]
+        force[a] += weight * s * (depth + ahead)
+        for b in range(d):
+            t = 0.0
+            for c in range(D):
+                t += tangents[b, c] * slope[c]
+            stiffness[a, b] += weight * s * t
+
+
+class Bending(NamedTuple):
+    """Memory of an iteration that bends a path of n states in d dimensions of D.
+
+    Attributes:
+        normals, tangents: (n, D) displacements from the surface, (n, d, D) bases.
+        stiffness, force: (n, d, d), (n, d) penalties.
+        right, steps: (n, d, d + 1), (n, D).
+        clear: (n,) clearance, as far as it was looked for.
+        distances, gradients: (capacity,), (capacity, D) of obstacles at one state.
+        slope, state: (D,).
+    """
+
+    normals: Array
+    tangents: Array
+    stiffness: Array
+    force: Array
+    right: Array
+    steps: Array
+    clear: Array
+    distances: Array
+    gradients: Array
+    slope: Array
+    state: Array
+
+
+@njit
+def make_bending(n: int, d: int, D: int, capacity: int) -> Bending:
+    """Room for it; everything is zero."""
+    return Bending(
+        np.zeros((n, D)),
+        np.zeros((n, d, D)),
+        np.zeros((n, d, d)),
+        np.zeros((n, d)),
+        np.zeros((n, d, d + 1)),
+        np.zeros((n, D)),
+        np.zeros(n),
+        np.zeros(capacity),
+        np.zeros((capacity, D)),
+        np.zeros(D),
+        np.zeros(D),
+    )
+
+
+@njit
+def bend_once(
+    chart: Chart, barrier: Barrier, path: Array, chain: Array, margin: float, steepest: float, cap: float, b: Bending
+) -> tuple:
+    """One Gauss-Newton step on ½ Σ ‖e_{i+1} − e_i‖² and the penalties, in place; its length, the steepest gradient.
+
+    The springs are between the states of `chain` e (n, D), which moves along with the path: the path itself, or how
+    far it is from one that it should keep the shape of. What is in `b.stiffness` and `b.force` is used up.
+    """
+    n, D = path.shape
+    for i in range(1, n - 1):
+        b.clear[i], steepest = pushes(
+            chart,
+            barrier,
+            path[i],
+            b.normals[i],
+            b.tangents[i],
+            margin,
+            steepest,
+            b.distances,
+            b.gradients,
+            b.slope,
+            b.state,
+            b.stiffness[i],
+            b.force[i],
+        )
+    newton_steps(chain, b.normals, b.tangents, b.stiffness, b.force, b.right, b.steps)
+    for i in range(1, n - 1):
+        stride = cap
+        if b.clear[i] < SIGHT * margin:
+            stride = min(cap, max(STRIDE * b.clear[i], FREED * margin) / max(steepest, 1e-300))
+        shrink = min(1.0, stride / max(norm(b.steps[i]), 1e-300))
+        for c in range(D):
+            b.steps[i, c] *= shrink
+            path[i, c] += b.steps[i, c]
+    b.stiffness[:] = 0.0
+    b.force[:] = 0.0
+    return longest(b.steps), steepest
+
+
+@njit
+def bend_clear(
+    surface: Surface,
+    field: Field,
+    chart: Chart,
+    barrier: Barrier,
+    path: Array,
+    margin: float,
+    capacity: int,
+    cap: float,
+    tolerance: float,
+    limit: int,
+) -> tuple:
+    """Make a path (n, D) short and keep it a margin off obstacles, along the surface, in place, its ends fixed.
+
+    Returns iterations and the last step.
+    """
+    n, D = path.shape
+    kept = surface.points.shape[0]
+    scratch, inner = make_scratch(surface, field, n), np.empty((n, kept))
+    b = make_bending(n, field.weights.shape[0] + D - kept, D, capacity)
+    free_rows(b.tangents, kept)
+    iteration, moved, steepest = 0, np.inf, 0.0
+    while iteration < limit and moved >= tolerance:
+        frame_path(surface, field, path, inner, b.normals, b.tangents, scratch)
+        b.normals[0] = 0.0  # the ends stay where they are
+        b.normals[n - 1] = 0.0
+        moved, steepest = bend_once(chart, barrier, path, path, margin, steepest, cap, b)
+        iteration += 1
+    return iteration, moved
+
+
+@njit
+def bend_aside(
+    chart: Chart,
+    barrier: Barrier,
+    path: Array,
+    margin: float,
+    capacity: int,
+    reach: float,
+    cap: float,
+    tolerance: float,
+    limit: int,
+) -> tuple:
+    """Push a path (n, D) a margin off obstacles, in place, its ends fixed; elsewhere it keeps its way and shape.
+
+    What an obstacle pushes aside is passed on over `reach` states to each side. Returns iterations and the last step.
+    """
+    n, D = path.shape
+    before, offsets = path.copy(), np.zeros((n, D))
+    b = make_bending(n, D, D, capacity)
+    for i in range(n):
+        for c in range(D):
+            b.tangents[i, c, c] = 1.0
+    iteration, moved, steepest = 0, np.inf, 0.0
+    while iteration < limit and moved >= tolerance:
+        for i in range(n):
+            for c in range(D):
+                offsets[i, c] = path[i, c] - before[i, c]
+                b.stiffness[i, c, c] = 1.0 / reach**2
+                b.force[i, c] = -offsets[i, c] / reach**2
+        moved, steepest = bend_once(chart, barrier, path, offsets, margin, steepest, cap, b)
+        iteration += 1
+    return iteration, moved
+
+
+@njit
+def settle_path(surface: Surface, field: Field, support: Support, path: Array) -> bool:
+    """Bring the inner states of a path (n, D) straight onto the surface; whether all got there and are believed."""
+    row, scratch = np.empty((1, surface.points.shape[0])), make_scratch(surface, field, 1)
+    settled = True
+    for i in range(1, len(path) - 1):
+        settled = settle(surface, field, support, path[i], row, scratch) and settled
+    return settled
+
+
+@njit
+def first_blocked(chart: Chart, barrier: Barrier, path: Array, margin: float) -> int:
+    """Where the first edge of a path (n, D) starts that does not keep the margin; -1 where all do."""
+    work = np.empty((2, path.shape[1]))
+    for i in range(len(path) - 1):
+        if not edge_is_clear(chart, barrier, path[i], path[i + 1], margin, work):
+            return i
+    return -1

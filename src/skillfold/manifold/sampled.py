@@ -1,0 +1,84 @@
+"""Paths around obstacles by sampling: trees on the manifold, shortcuts, then the same path made smooth."""
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from skillfold.manifold.terrain import Terrain
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+STEP = 0.15  # rms radii between nodes of a tree
+TARGETS = 3000  # toward which trees grow at most
+ROOM = 4000  # nodes of both trees together
+SHORTCUTS = 40
+COARSE = (40, 80)  # states of the path that is made smooth
+SMOOTH_STEPS, SMOOTHED = 40, 1e-3  # of the smoothing at most, and its last step in rms radii
+CAP = 0.3  # longest step of a state, rms radii
+
+
+@dataclass(frozen=True)
+class Found:
+    """A clear path and how it was found.
+
+    Attributes:
+        path: (n, D) whole coordinates; empty where there is none.
+        iterations: targets of the trees and steps of the smoothing.
+        smooth: whether it could be made smooth; else it is the shortened way of the trees.
+        seconds: until the first clear path was there.
+    """
+
+    path: Array
+    iterations: int
+    smooth: bool
+    seconds: float
+
+
+def sampled_path(terrain: Terrain, ends: Array, spacing: float, seed: int) -> Found:
+    """A clear path between ends (2, D), with states no farther apart than `spacing`; whole coordinates."""
+    begun = perf_counter()
+    rng = np.random.default_rng(seed)
+    first, tried = terrain.connected(ends, draw_targets(terrain, rng, TARGETS), STEP, ROOM)
+    seconds = perf_counter() - begun
+    if not len(first):
+        return Found(first, tried, False, seconds)
+    short = terrain.shortened(first, rng.random((SHORTCUTS, 2)), STEP)
+    path, iterations = smoothed(terrain, short, spacing)
+    if len(path):
+        return Found(path, tried + iterations, True, seconds)
+    for rough in (short, first):
+        path, settled = terrain.settled(rough, states_for(rough, spacing), smooth=False)
+        if settled and terrain.is_clear(path, 0.0):
+            break
+    return Found(path, tried + iterations, False, seconds)
+
+
+def draw_targets(terrain: Terrain, rng: np.random.Generator, count: int) -> Array:
+    """States between neighbouring anchors, and anywhere within the samples' extent along free directions."""
+    model = terrain.model
+    edges = model.edges[rng.integers(len(model.edges), size=count)]
+    share = rng.random((count, 1))
+    inner = model.anchors[edges[:, 0]] + share * (model.anchors[edges[:, 1]] - model.anchors[edges[:, 0]])
+    extent = model.free_extent / model.scale
+    return np.hstack([inner, rng.uniform(-extent, extent, (count, len(extent)))])
+
+
+def smoothed(terrain: Terrain, rough: Array, spacing: float) -> tuple[Array, int]:
+    """The rough path made short and smooth, dense and clear; empty where that fails, and the steps it took."""
+    total = 0
+    for count in COARSE:
+        coarse, _ = terrain.settled(rough, count, smooth=False)
+        bent, iterations, _ = terrain.bent(coarse, terrain.obstacles.margin, CAP, SMOOTHED, SMOOTH_STEPS)
+        total += iterations
+        path, settled = terrain.settled(bent, states_for(bent, spacing), smooth=True)
+        if settled and terrain.is_clear(path):
+            return path, total
+    return np.empty((0, rough.shape[1])), total
+
+
+def states_for(path: Array, spacing: float) -> int:
+    """How many states a path needs for that spacing."""
+    length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    return max(int(np.ceil(1.02 * length / spacing)) + 1, 4)
