@@ -112,18 +112,19 @@ def _leg(terrain: Terrain, ends: Array, spacing: float, method: str, seed: int) 
     model = terrain.model
     found = geodesic(model, model.encode(ends[0]), model.encode(ends[1]), FIRST)
     shortest = terrain.coordinates(model.path(ends[0], ends[1], found.states))
-    dense, settled = terrain.settled(shortest, states_for(shortest, spacing), smooth=True)
+    at = terrain.first_blocked(shortest)
+    if method == "geodesic" or (at < 0 and found.converged):
+        dense, settled = terrain.settled(shortest, states_for(shortest, spacing), smooth=True)
+        if method == "geodesic" or (settled and terrain.is_clear(dense)):
+            return Leg(dense, "geodesic", found.iterations, found.converged, perf_counter() - begun)
     seconds = perf_counter() - begun
-    at = terrain.first_blocked(dense)
-    if method == "geodesic" or (at < 0 and settled and found.converged):
-        return Leg(dense, "geodesic", found.iterations, found.converged, seconds)
-    blocked = terrain.obstacles.nearest(terrain.states(dense[at])) if at >= 0 else ""
+    blocked = terrain.obstacles.nearest(terrain.states(shortest[at])) if at >= 0 else ""
     if method in _BENT:
         path, steps, converged = _BENT[method](terrain, shortest, spacing)
-        path = path if len(path) else dense
+        path = path if len(path) else shortest
         return Leg(path, method, found.iterations + steps, converged, perf_counter() - begun, blocked)
     sample = sampled_path(terrain, terrain.coordinates(ends), spacing, seed)
-    path = sample.path if len(sample.path) else dense
+    path = sample.path if len(sample.path) else shortest
     kind = ("sampled" if sample.smooth else "rough") if len(sample.path) else "none"
     return Leg(path, kind, found.iterations + sample.iterations, kind == "sampled", seconds + sample.seconds, blocked)
 

@@ -11,7 +11,7 @@ from skillfold.manifold.terrain import Terrain
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 STEP = 0.15  # rms radii between nodes of a tree
-TARGETS = 3000  # toward which trees grow at most
+TARGETS = 2000  # toward which trees grow at most
 ROOM = 4000  # nodes of both trees together
 SHORTCUTS = 40
 COARSE = (40, 80)  # states of the path that is made smooth

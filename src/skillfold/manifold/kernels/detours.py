@@ -10,26 +10,23 @@ import numpy as np
 from skillfold.jit import njit
 from skillfold.manifold.kernels.acceleration import longest
 from skillfold.manifold.kernels.geodesic import newton_steps
+from skillfold.manifold.kernels.pushes import SIGHT, push_off_limits, push_off_obstacles
 from skillfold.manifold.kernels.small import norm
 from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
 from skillfold.manifold.kernels.walking import (
+    ON_SURFACE,
+    SETTLE_STEPS,
     Barrier,
     Chart,
     Support,
     edge_is_clear,
-    settle,
-    to_slope,
     to_state,
 )
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-STIFF = 10.0  # of a penalty, where the spring between neighbouring states has 1
-BLUNT = 0.1  # of the steepest gradient: flatter ones are not taken for an infinite depth
-SIGHT = 3.0  # margins, from where on obstacles shorten steps
 STRIDE = 0.5  # of the clearance that a state may go in one step: none tunnels through what is thin
 FREED = 0.3  # of the margin that one may go where it has no clearance
-INSET = 0.005  # rms radii that a path keeps from limits
 
 
 @njit
@@ -62,71 +59,6 @@ def free_rows(tangents: Array, kept: int) -> None:
             tangents[i, d - (D - kept) + a, kept + a] = 1.0
 
 
-@njit
-def pushes(
-    chart: Chart,
-    barrier: Barrier,
-    z: Array,
-    normal: Array,
-    tangents: Array,
-    margin: float,
-    steepest: float,
-    distances: Array,
-    gradients: Array,
-    slope: Array,
-    state: Array,
-    stiffness: Array,
-    force: Array,
-) -> tuple:
-    """Penalties ½ STIFF ((margin − c) / ‖∇c‖)² at one state z, along its tangents (d, D), added to what is there.
-
-    A clearance over its gradient is a way in the space of states, whatever it was measured in. Limits of coordinates
-    count too. Returns the least clearance, SIGHT margins at most, and the steepest
-    gradient seen so far.
-    """
-    D = z.size
-    to_state(chart, z, state)
-    least = SIGHT * margin
-    count = max(barrier.within(state, least, distances, gradients, barrier.arguments), 0)
-    for p in range(count):
-        least = min(least, distances[p])
-        to_slope(chart, gradients[p], slope)
-        steepest = max(steepest, norm(slope))
-        if distances[p] < margin:
-            add_push(slope, margin - distances[p], steepest, normal, tangents, stiffness, force)
-    for c in range(D):
-        over = state[c] - chart.upper[c] + INSET * chart.scale
-        under = chart.lower[c] - state[c] + INSET * chart.scale
-        if max(over, under) > 0.0:
-            for k in range(D):
-                slope[k] = chart.scale * chart.axes[k, c] * (-1.0 if over > under else 1.0)
-            add_push(slope, max(over, under), 0.0, normal, tangents, stiffness, force)
-    return least, steepest
-
-
-@njit
-def add_push(
-    slope: Array, depth: float, steepest: float, normal: Array, tangents: Array, stiffness: Array, force: Array
-) -> None:
-    """One penalty of a depth with this gradient (D,), into stiffness (d, d) and force (d,)."""
-    d, D = tangents.shape
-    weight, ahead = 0.0, 0.0
-    for c in range(D):
-        weight += slope[c] ** 2
-        ahead += slope[c] * normal[c]
-    weight = STIFF / max(weight, (BLUNT * steepest) ** 2, 1e-300)
-    for a in range(d):
-        s = 0.0
-        for c in range(D):
-            s += tangents[a, c] * slope[c]
-        force[a] += weight * s * (depth + ahead)
-        for b in range(d):
-            t = 0.0
-            for c in range(D):
-                t += tangents[b, c] * slope[c]
-            stiffness[a, b] += weight * s * t
-
-
 class Bending(NamedTuple):
     """Memory of an iteration that bends a path of n states in d dimensions of D.
 
@@ -135,6 +67,7 @@ class Bending(NamedTuple):
         stiffness, force: (n, d, d), (n, d) penalties.
         right, steps: (n, d, d + 1), (n, D).
         clear: (n,) clearance, as far as it was looked for.
+        slack: (n,) how far each state may go until obstacles can matter to it again.
         distances, gradients: (capacity,), (capacity, D) of obstacles at one state.
         slope, state: (D,).
     """
@@ -146,6 +79,7 @@ class Bending(NamedTuple):
     right: Array
     steps: Array
     clear: Array
+    slack: Array
     distances: Array
     gradients: Array
     slope: Array
@@ -162,6 +96,7 @@ def make_bending(n: int, d: int, D: int, capacity: int) -> Bending:
         np.zeros((n, d)),
         np.zeros((n, d, d + 1)),
         np.zeros((n, D)),
+        np.zeros(n),
         np.zeros(n),
         np.zeros(capacity),
         np.zeros((capacity, D)),
@@ -181,10 +116,15 @@ def bend_once(
     """
     n, D = path.shape
     for i in range(1, n - 1):
-        b.clear[i], steepest = pushes(
+        to_state(chart, path[i], b.state)
+        push_off_limits(chart, b.state, b.normals[i], b.tangents[i], b.slope, b.stiffness[i], b.force[i])
+        b.slack[i] -= norm(b.steps[i])
+        if b.slack[i] > 0.0:
+            continue
+        b.clear[i], steepest = push_off_obstacles(
             chart,
             barrier,
-            path[i],
+            b.state,
             b.normals[i],
             b.tangents[i],
             margin,
@@ -192,10 +132,11 @@ def bend_once(
             b.distances,
             b.gradients,
             b.slope,
-            b.state,
             b.stiffness[i],
             b.force[i],
         )
+        if b.clear[i] >= SIGHT * margin:
+            b.slack[i] = (b.clear[i] - margin) / max(steepest, 1e-300)
     newton_steps(chain, b.normals, b.tangents, b.stiffness, b.force, b.right, b.steps)
     for i in range(1, n - 1):
         stride = cap
@@ -279,11 +220,27 @@ def bend_aside(
 @njit
 def settle_path(surface: Surface, field: Field, support: Support, path: Array) -> bool:
     """Bring the inner states of a path (n, D) straight onto the surface; whether all got there and are believed."""
-    row, scratch = np.empty((1, surface.points.shape[0])), make_scratch(surface, field, 1)
-    settled = True
-    for i in range(1, len(path) - 1):
-        settled = settle(surface, field, support, path[i], row, scratch) and settled
-    return settled
+    n, kept = len(path), surface.points.shape[0]
+    scratch, inner = make_scratch(surface, field, n), np.empty((n, kept))
+    for i in range(n):
+        for c in range(kept):
+            inner[i, c] = path[i, c]
+    off = 1.0
+    for _ in range(SETTLE_STEPS):
+        evaluate(surface, field, inner, scratch)
+        off = 0.0
+        for i in range(1, n - 1):
+            off = max(off, norm(scratch.normals[i]))
+            for c in range(kept):
+                inner[i, c] -= scratch.normals[i, c]
+        if off < ON_SURFACE:
+            break
+    believed = off < ON_SURFACE
+    for i in range(1, n - 1):
+        believed = believed and scratch.squares[i, 0] < support.farthest and scratch.doubts[i] < support.doubt
+        for c in range(kept):
+            path[i, c] = inner[i, c]
+    return believed
 
 
 @njit
