@@ -15,6 +15,8 @@ LINK = 1.0 / 3.0
 SCAN_ANGLES = 240
 NEWTON_STEPS = 12
 CHUNK = 4000
+EDGE, STAGES = 1e-6, 10  # m above the x axis; of the way below it
+JUMP, FOLLOWED = 1.0, 1e-8  # rad in one stage; KKT residual
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,23 @@ def optimal(positions: Array, redundancy: Redundancy) -> Array:
     """Globally optimal poses (N, 3) at end-effector positions (N, 2); NaN where the arm cannot reach."""
     pieces = [positions[i : i + CHUNK] for i in range(0, len(positions), CHUNK)]
     return np.concatenate([_newton(_scan(piece, redundancy), piece, redundancy) for piece in pieces])
+
+
+def followed(positions: Array, redundancy: Redundancy) -> Array:
+    """Poses (N, 3) of the branch that is optimal above the x axis, followed below it; NaN where it ends.
+
+    There its mirror image is optimal, which skills shown only poses above cannot know.
+    """
+    above = np.column_stack([positions[:, 0], np.maximum(positions[:, 1], EDGE)])
+    poses = optimal(above, redundancy)
+    below = np.flatnonzero(positions[:, 1] < EDGE)
+    q, first, last = poses[below], above[below], positions[below]
+    for share in np.linspace(0.0, 1.0, 1 + STAGES)[1:]:
+        before, q = q, _newton(q, first + share * (last - first), redundancy)
+        q[np.linalg.norm(q - before, axis=1) > JUMP] = np.nan
+    found = (kkt_residual(q, last, redundancy) < FOLLOWED) & (_reduced_curvature(q, redundancy) > 0)
+    poses[below] = np.where(found[:, None], q, np.nan)
+    return poses
 
 
 def kkt_residual(joints: Array, positions: Array, redundancy: Redundancy) -> Array:
@@ -109,6 +128,14 @@ def _newton(joints: Array, positions: Array, redundancy: Redundancy) -> Array:
         q -= step[:, :3]
         multipliers -= step[:, 3:]
     return q
+
+
+def _reduced_curvature(q: Array, redundancy: Redundancy) -> Array:
+    """Second derivative (N,) of the cost along the arm's self-motion: a minimum where it is positive."""
+    J = jacobian(q)
+    free = np.cross(J[:, 0], J[:, 1])
+    whole = 2 * np.diag(np.array(redundancy.weights) ** 2) + _curvature(q, _first_multipliers(q, redundancy))
+    return np.einsum("ni,nij,nj->n", free, whole, free)
 
 
 def _first_multipliers(q: Array, redundancy: Redundancy) -> Array:
