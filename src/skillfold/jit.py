@@ -21,17 +21,17 @@ _OPTIONS: dict[str, Any] = {
 
 def njit(function: Callable[..., Any]) -> Any:
     """Compile lazily, without the interpreter's lock, cached on disk if that is possible."""
-    return _cached(lambda **options: numba.njit(**_OPTIONS, **options)(function))
+    return _compiled(function)
 
 
 def inner(function: Callable[..., Any]) -> Any:
     """The same, for compiled code alone: a way in from Python would take a fifth of the time that it compiles."""
-    return _cached(lambda **options: numba.njit(**_OPTIONS, no_cpython_wrapper=True, **options)(function))
+    return _compiled(function, no_cpython_wrapper=True)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """A part of the compiled function that calls it: for what is called from one place, or is very small."""
-    return _cached(lambda **options: numba.njit(**_OPTIONS, inline="always", **options)(function))
+    """A part of the compiled function that calls it: for what is called from one place."""
+    return _compiled(function, inline="always")
 
 
 def pointer(function: Callable[..., Any], returns: Any, *arguments: Any) -> Any:
@@ -43,6 +43,10 @@ def pointer(function: Callable[..., Any], returns: Any, *arguments: Any) -> Any:
     signature = numba.typeof(returns)(*(numba.typeof(value) for value in arguments))
     maths, errors = _OPTIONS["fastmath"], _OPTIONS["error_model"]
     return _cached(lambda **options: numba.cfunc(signature, fastmath=maths, error_model=errors, **options)(function))
+
+
+def _compiled(function: Callable[..., Any], **how: Any) -> Any:
+    return _cached(lambda **options: numba.njit(**_OPTIONS, **how, **options)(function))
 
 
 def _cached(compiled: Callable[..., Any]) -> Any:
