@@ -14,7 +14,7 @@ ROOT = Path(skillfold.__file__).parent
 # Each floor may import from floors above it in this list, and from itself.
 FLOORS = [
     {"errors"},
-    {"jit", "spaces", "tables"},
+    {"ahead", "jit", "spaces", "tables"},
     {
         "motion",
         "check",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from skillfold.manifold.kernels import acceleration
+from manifold.kernels import acceleration
 
 
 @pytest.mark.parametrize("known", [1, 2, 5])

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from manifold import twins
+from manifold.kernels import geodesic, projection, surface
 from manifold.random_models import SHAPES, random_model
-from skillfold.manifold.kernels import geodesic, projection
-from skillfold.manifold.kernels.surface import evaluate, make_scratch
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -61,8 +60,8 @@ def bent(start, goal, n, rng):
 
 
 def found_at(model, path):
-    scratch = make_scratch(model.surface, model.field, len(path))
-    evaluate(model.surface, model.field, path, scratch)
+    scratch = surface.make_scratch(model.surface, model.field, len(path))
+    surface.evaluate(model.surface, model.field, path, scratch)
     scratch.normals[[0, -1]] = 0.0
     return scratch.normals, scratch.bases
 
@@ -125,7 +124,9 @@ def test_solve_geodesic(model, ends, step, points):
     """With few states, and with many, of which few are relaxed first."""
     for start, goal in ends:
         path = np.empty((points, len(start)))
-        found = geodesic.solve_geodesic(model.surface, model.field, start, goal, step, path, 1e-9, 0.3, 100)
+        found = geodesic.solve_geodesic(
+            model.surface, model.field, np.stack([start, goal]), step, path, 1e-9, 0.3, 100
+        )
         grown = twins.grow_path(model.surface, model.field, start, goal, step, geodesic.GROWN)
         if grown is None:
             assert found == (0, np.inf)
@@ -137,8 +138,19 @@ def test_solve_geodesic(model, ends, step, points):
 
 
 def test_solve_geodesic_says_where_ends_do_not_meet(model, ends):
-    start, goal = ends[0]
-    path = np.full((5, len(start)), 7.0)
-    tiny = np.linalg.norm(goal - start) / 1e5  # more steps than a first path may have
-    assert geodesic.solve_geodesic(model.surface, model.field, start, goal, tiny, path, 1e-9, 0.3, 30) == (0, np.inf)
+    first = np.stack(ends[0])
+    path = np.full((5, first.shape[1]), 7.0)
+    tiny = np.linalg.norm(first[1] - first[0]) / 1e5  # more steps than a first path may have
+    assert geodesic.solve_geodesic(model.surface, model.field, first, tiny, path, 1e-9, 0.3, 30) == (0, np.inf)
     np.testing.assert_array_equal(path, 7.0)
+
+
+def test_solve_geodesic_from_a_first_path(model, ends):
+    """It is relaxed as it is, with all its states."""
+    for start, goal in ends:
+        first = bent(start, goal, 7, model.rng)
+        path, expected = np.empty((40, len(start))), np.empty((40, len(start)))
+        found = geodesic.solve_geodesic(model.surface, model.field, first, 0.1, path, 1e-9, 0.3, 100)
+        geodesic.resample(first, expected)
+        assert geodesic.relax(model.surface, model.field, expected, 1e-9, 0.3, 100, 1.0)[0] == found[0]
+        np.testing.assert_allclose(path, expected, atol=1e-8)

@@ -6,6 +6,7 @@ import pytest
 from manifold import twins
 from manifold.random_models import SHAPES, random_model
 from skillfold.manifold.kernels import judging, projection
+from skillfold.manifold.projection import judge
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -17,11 +18,13 @@ def arrays(model):
     return model.surface, model.field
 
 
-def test_displacements(model):
+@pytest.mark.parametrize("ghost", [0.05, np.inf])
+def test_displacements(model, ghost):
     states = model.states(10, 0.5)
     expected = [twins.displacement(*arrays(model), x) for x in states]
-    normals, nearest, doubts = judging.displacements(*arrays(model), states)
-    np.testing.assert_allclose(normals, [e[0] for e in expected], atol=1e-10)
+    off, nearest, doubts = judging.displacements(*arrays(model), states, ghost)
+    lengths = [np.hypot(np.linalg.norm(e[0]), e[3] if e[3] > ghost else 0.0) for e in expected]
+    np.testing.assert_allclose(off, lengths, atol=1e-10)
     np.testing.assert_allclose(nearest, [np.sqrt(e[2]) for e in expected], atol=1e-10)
     np.testing.assert_allclose(doubts, [e[3] for e in expected], atol=1e-6)
 
@@ -31,7 +34,7 @@ def test_displacements(model):
 def test_judge(model, spread, enough):
     states = model.states(6, spread)
     expected = [twins.distance(*arrays(model), model.trust, x, enough) for x in states]
-    off, nearest = judging.judge(*arrays(model), model.trust, states, enough)
+    off, nearest = judge(model, states, enough)
     np.testing.assert_allclose(off, expected, atol=1e-9)
     np.testing.assert_allclose(nearest, judging.nearest_distances(*arrays(model), states), atol=1e-12)
 
@@ -42,7 +45,7 @@ def test_judge_next_to_the_surface(model):
     assert met.any()
     states = on[met] + 1e-7 * model.rng.normal(size=on[met].shape)
     expected = [twins.distance(*arrays(model), model.trust, x, 1e-6) for x in states]
-    found, _ = judging.judge(*arrays(model), model.trust, states, 1e-6)
+    found, _ = judge(model, states, 1e-6)
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 

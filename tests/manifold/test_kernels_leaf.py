@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from manifold import twins
+from manifold.kernels import leaf, projection
 from manifold.random_models import SHAPES, random_model
-from skillfold.manifold.kernels import leaf, projection
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from manifold import twins
+from manifold.kernels import projection, surface
 from manifold.random_models import SHAPES, random_model
-from skillfold.manifold.kernels import projection
-from skillfold.manifold.kernels.surface import make_scratch
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -20,7 +19,7 @@ def arrays(model):
 
 def room(model, n):
     """Scratch memory for projections of n states."""
-    return make_scratch(*arrays(model), 4 * n)
+    return surface.make_scratch(*arrays(model), 4 * n)
 
 
 @pytest.mark.parametrize(("tolerance", "steps"), [(1e-10, 40), (1e-4, 5)])

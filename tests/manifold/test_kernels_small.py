@@ -1,24 +1,15 @@
 """Kernels of small linear algebra against NumPy; and that no kernel goes without a twin."""
 
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from manifold import twins
-from skillfold.manifold.kernels import (
-    acceleration,
-    geodesic,
-    judging,
-    leaf,
-    neighbours,
-    projection,
-    small,
-    surface,
-    tangents,
-)
+from manifold.kernels import small
 
-MODULES = [small, neighbours, tangents, surface, projection, leaf, judging, acceleration, geodesic]
+MODULES = ["small", "neighbours", "tangents", "surface", "projection", "leaf", "judging", "acceleration", "geodesic"]
 SIZES = [(1, 2), (1, 5), (2, 3), (3, 7), (4, 4)]
 
 
@@ -29,12 +20,12 @@ def rows_and_rng(request):
     return np.ascontiguousarray(np.linalg.qr(rng.normal(size=(D, d)))[0].T), rng
 
 
-@pytest.mark.parametrize("module", MODULES, ids=lambda m: m.__name__.split(".")[-1])
-def test_every_kernel_is_tested(module):
+@pytest.mark.parametrize("name", MODULES)
+def test_every_kernel_is_tested(name):
+    module = import_module(f"skillfold.manifold.kernels.{name}")
     kernels = {
         n for n, f in vars(module).items() if hasattr(f, "py_func") and f.py_func.__module__ == module.__name__
     }
-    name = module.__name__.split(".")[-1]
     text = (Path(__file__).parent / f"test_kernels_{name}.py").read_text(encoding="utf-8")
     assert kernels
     assert {kernel for kernel in kernels if f"{name}.{kernel}(" not in text} == set()

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from manifold import twins
+from manifold.kernels import surface
 from manifold.random_models import SHAPES, random_model
-from skillfold.manifold.kernels import surface
 from skillfold.manifold.model import as_maps, build_surface
 from skillfold.manifold.polynomials import monomials
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from manifold import clouds
+from manifold.kernels import surface
 from manifold.laws import SURFACES, law, law_of_surfaces, states_about
-from skillfold.manifold.kernels import surface as kernels
 
 
 @law_of_surfaces
@@ -35,11 +35,11 @@ def foot(skill, state):
     Anchors that disagree with their neighbours about the surface are no place to start from (`Trust.sure`).
     """
     model = skill.model
-    scratch = kernels.make_scratch(model.surface, model.field, 1)
+    scratch = surface.make_scratch(model.surface, model.field, 1)
     sure = model.anchors[model.trust.sure]
     point = sure[np.linalg.norm(sure - model.encode(state), axis=1).argmin()].copy()
     for _ in range(20):
-        kernels.evaluate(model.surface, model.field, point[None], scratch)
+        surface.evaluate(model.surface, model.field, point[None], scratch)
         point -= scratch.normals[0]
     return model.moved(state, point)
 

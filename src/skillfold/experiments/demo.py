@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from skillfold import ahead
 from skillfold.errors import MissingExtraError
 from skillfold.experiments.leave_one_out import resample
 from skillfold.experiments.loaders import RecordedTask, lasa
@@ -191,14 +192,15 @@ def _recordings(shapes: Sequence[str]) -> tuple[list[RecordedTask], tuple[str, .
 
 def _compile(progress: Progress) -> None:
     """Everything below once on very little, so that the times that are told are those of the work."""
-    progress("compiling (once on each machine): learning", 0.0)
-    poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
-    skill, _ = _learn(poses, dim=2, kernels=5)
-    progress("compiling (once on each machine): projecting", 0.15)
+    with ahead.running("skillfold.manifold.ahead"):
+        progress("compiling (once on each machine): learning", 0.0)
+        poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
+        skill, _ = _learn(poses, dim=2, kernels=5)
+        progress("compiling (once on each machine): planning", 0.25)
+        skill.plan(poses[0], poses[1])
+    progress("compiling (once on each machine): projecting", 0.45)
     skill.project(skill.sample(4))
     skill.inside(poses)
-    progress("compiling (once on each machine): planning", 0.35)
-    skill.plan(poses[0], poses[1])
     wave = np.linspace(0.0, 3.0, 40)
     skill, _ = _learn([np.column_stack([wave, np.sin(wave) + shift]) for shift in (0.0, 0.05)], dim=1, kernels=5)
     skill.plan(np.zeros(2), np.array([3.0, 0.1]))

@@ -209,7 +209,7 @@ def _kernel_field(field: TangentField) -> Field:
 
 def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
     """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
-    found = displacements(surface, field, surface.rows)[2]
+    found = displacements(surface, field, surface.rows, np.inf)[2]
     usual = max(float(np.median(found)), NO_DOUBT)
     return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
 

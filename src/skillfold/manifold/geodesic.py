@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
-from skillfold.manifold.kernels.geodesic import relax, resample, solve_geodesic
+from skillfold.manifold.kernels.geodesic import resample, solve_geodesic
 from skillfold.manifold.kernels.leaf import relax_on_field
 from skillfold.manifold.model import Model
 
@@ -40,17 +40,15 @@ class Geodesic:
 
 def geodesic(model: Model, start: Array, goal: Array, points: int) -> Geodesic:
     """From start to goal, inner coordinates (D - f,), which stay as they are."""
-    path = np.empty((points, len(start)))
-    iterations, moved = solve_geodesic(
-        model.surface, model.field, start, goal, model.step, path, TOLERANCE, CAP, LIMIT
-    )
-    if moved < TOLERANCE:
-        return Geodesic(path, iterations, True, "grown")
+    found = _solved(model, np.stack([start, goal]), points, "grown")
+    if found.converged:
+        return found
     over_anchors = graph_path(model, start, goal)
-    found = _relaxed(model, over_anchors, points, "graph")
+    found = _solved(model, over_anchors, points, "graph")
     if found.converged:
         return found
     # Where recordings spread, anchors lie too thick for a smooth surface: a path that wanders is no improvement.
+    path = np.empty((points, len(start)))
     resample(over_anchors, path)
     return Geodesic(path, found.iterations, False, "graph")
 
@@ -66,11 +64,10 @@ def leaf_geodesic(model: Model, start: Array, goal: Array, points: int) -> Geode
     return Geodesic(path, int(iterations), bool(moved < LEAF_TOLERANCE), first.first)
 
 
-def _relaxed(model: Model, first: Array, points: int, kind: str) -> Geodesic:
+def _solved(model: Model, first: Array, points: int, kind: str) -> Geodesic:
     path = np.empty((points, first.shape[1]))
-    resample(first, path)
-    iterations, moved, _ = relax(model.surface, model.field, path, TOLERANCE, CAP, LIMIT, 1.0)
-    return Geodesic(path, int(iterations), bool(moved < TOLERANCE), kind)
+    iterations, moved = solve_geodesic(model.surface, model.field, first, model.step, path, TOLERANCE, CAP, LIMIT)
+    return Geodesic(path, iterations, moved < TOLERANCE, kind)
 
 
 def graph_path(model: Model, start: Array, goal: Array) -> Array:

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.manifold.kernels.judging import judge, nearest_distances
+from skillfold.manifold.kernels.judging import displacements, nearest_distances
 from skillfold.manifold.kernels.leaf import field_bases, follow_leaf
-from skillfold.manifold.kernels.projection import project_near, project_states
+from skillfold.manifold.kernels.projection import GHOST, project_near, project_states
 from skillfold.manifold.model import Model
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -44,6 +44,20 @@ def tangents(model: Model, states: Array) -> Array:
     return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
 
 
+def judge(model: Model, inner: Array, enough: float) -> tuple[Array, Array]:
+    """Distances of inner states (B, D - f) from the modelled surface, and from the nearest anchor; both (B,).
+
+    A state nearer than `enough` is not projected: there its displacement tells all that was asked.
+    """
+    off, nearest, _ = displacements(model.surface, model.field, inner, GHOST * model.trust.doubt)
+    asked = off > enough
+    if asked.any():
+        away = inner[asked]
+        onto, _ = project_states(model.surface, model.field, model.trust, away)
+        off[asked] = np.linalg.norm(onto - away, axis=1)
+    return off, nearest
+
+
 @dataclass(frozen=True)
 class OnManifold:
     """A model as a constraint that a check can ask.
@@ -64,7 +78,7 @@ class OnManifold:
         """
         m = self.model
         enough = max(self.enough / m.scale, NEAR)
-        off, near = judge(m.surface, m.field, m.trust, m.encode(states), enough)
+        off, near = judge(m, m.encode(states), enough)
         return m.scale * off, self._outside(states, near)
 
     def distance(self, states: Array) -> Array:

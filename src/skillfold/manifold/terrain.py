@@ -8,7 +8,7 @@ import numpy as np
 from skillfold.clearance import Clearance, Compiled
 from skillfold.manifold.kernels.detours import bend_clear, first_blocked, settle_path
 from skillfold.manifold.kernels.geodesic import refine, resample
-from skillfold.manifold.kernels.trees import connect, shorten
+from skillfold.manifold.kernels.trees import search
 from skillfold.manifold.kernels.walking import Barrier, Chart, Support
 from skillfold.manifold.model import Model
 from skillfold.spaces import StateSpace
@@ -76,13 +76,15 @@ class Terrain:
     def connected(self, ends: Array, targets: Array, step: float, room: int) -> tuple[Array, int]:
         """A clear way of tree nodes between ends (2, D), empty where none was found; and how many targets it took."""
         path = np.empty((room, ends.shape[1]))
-        count, used = connect(*self._surface, ends, targets, step, self.margin, path)
+        count, used = search(*self._surface, ends, targets, np.empty((0, 2)), step, self.margin, path, 0)
         return path[:count], used
 
     def shortened(self, path: Array, picks: Array, step: float) -> Array:
         """The path with shortcuts between the places that `picks` (r, 2) name."""
         path = path.copy()
-        return path[: shorten(*self._surface, path, len(path), picks, step, self.margin)]
+        none = np.empty((0, path.shape[1]))
+        count, _ = search(*self._surface, path[[0, -1]], none, picks, step, self.margin, path, len(path))
+        return path[:count]
 
     def bent(self, path: Array, margin: float, cap: float, tolerance: float, limit: int) -> tuple[Array, int, bool]:
         """The path (n, D) made short and kept a margin clear; iterations, and whether it settled."""

@@ -2,7 +2,7 @@
 
 import math
 
-from skillfold.jit import njit
+from skillfold.jit import inner, njit
 from skillfold.tables import Array, Indices, matrix, vector
 
 POINTS = 0  # (D, m), one row a coordinate, so that loops run over points
@@ -13,7 +13,7 @@ SLOTS = 3
 TOUCH = 1e-12  # nearer to a point than this there is no direction away from it
 
 
-@njit
+@inner
 def measure(q: Array, c: Indices) -> None:
     """Squared distances of all points from q (D,), into SQUARES."""
     points, squares = matrix(c, POINTS), vector(c, SQUARES)
@@ -25,7 +25,7 @@ def measure(q: Array, c: Indices) -> None:
             squares[k] += (points[a, k] - here) ** 2
 
 
-@njit
+@inner
 def away_from(point: int, q: Array, distance: float, c: Indices, out: Array) -> None:
     """The unit vector (D,) from a point to q; nothing at the point itself."""
     points = matrix(c, POINTS)

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inner
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 
-@njit
+@inner
 def nearest_node(states: Array, count: int, target: Array) -> int:
     """Which of the first `count` states (…, D) is nearest to the target (D,)."""
     best, least = 0, math.inf
@@ -24,7 +24,7 @@ def nearest_node(states: Array, count: int, target: Array) -> int:
     return best
 
 
-@njit
+@inner
 def branch(parents: Indices, node: int, out: Indices) -> int:
     """The nodes from `node` to the root, whose parent is -1, into `out`; how many."""
     count = 0

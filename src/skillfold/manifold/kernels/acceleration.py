@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner
 from skillfold.manifold.kernels.small import copy, norm, solve_in_place
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -12,7 +12,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 ALIKE = 1e-10  # relative, on the diagonal of the equations: two steps may point the same way
 
 
-@njit
+@inlined
 def mix(path_changes: Array, step_changes: Array, steps: Array) -> None:
     """Anderson's acceleration: steps ← steps − (ΔQ + ΔF) γ, where γ minimises ‖steps − ΔF γ‖.
 
@@ -33,7 +33,7 @@ def mix(path_changes: Array, step_changes: Array, steps: Array) -> None:
                 steps[i, c] -= right[a, 0] * (path_changes[a, i, c] + step_changes[a, i, c])
 
 
-@njit
+@inner
 def dot(a: Array, b: Array) -> float:
     """Sum of the products of two arrays of one shape (n, D)."""
     s = 0.0
@@ -43,14 +43,14 @@ def dot(a: Array, b: Array) -> float:
     return s
 
 
-@njit
+@inlined
 def copy_rows(source: Array, out: Array) -> None:
     """Copy an array (n, D)."""
     for i in range(len(source)):
         copy(source[i], out[i])
 
 
-@njit
+@inlined
 def take(path: Array, steps: Array, cap: float) -> None:
     """Take the steps (n, D), none longer than `cap`; they are left as taken."""
     for i in range(len(path)):
@@ -60,7 +60,7 @@ def take(path: Array, steps: Array, cap: float) -> None:
             path[i, c] += steps[i, c]
 
 
-@njit
+@inlined
 def longest(steps: Array) -> float:
     """The largest length of a row."""
     size = 0.0

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, take
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
 from skillfold.manifold.kernels.surface import Field, Surface, evaluate, make_scratch
@@ -17,7 +17,7 @@ MEMORY = 5  # iterations that the acceleration looks back on
 WORSE = 2.0  # times the last step: a larger one shows that what was learnt of the iteration no longer holds
 
 
-@njit
+@inlined
 def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: float, grown: Array) -> int:
     """Grow from both ends in turn along the projected direction until they meet; the number of states grown.
 
@@ -89,7 +89,7 @@ def resample(path: Array, out: Array) -> None:
     copy(path[n - 1], out[m - 1])
 
 
-@njit
+@inner
 def newton_steps(
     path: Array, normals: Array, tangents: Array, stiffness: Array, force: Array, right: Array, steps: Array
 ) -> None:
@@ -141,7 +141,7 @@ def newton_steps(
                 steps[i, c] += tangents[i, a, c] * right[i, a, d]
 
 
-@njit
+@inlined
 def relax(
     surface: Surface, field: Field, path: Array, tolerance: float, cap: float, limit: int, share: float
 ) -> tuple:
@@ -182,7 +182,7 @@ def relax(
     return iteration, next_size, share
 
 
-@njit
+@inlined
 def refine(coarse: Array, path: Array) -> None:
     """A smooth curve through the states of `coarse` (m, D), read at the n states of `path`; cubic through four."""
     m, D = coarse.shape
@@ -203,29 +203,30 @@ def refine(coarse: Array, path: Array) -> None:
 def solve_geodesic(
     surface: Surface,
     field: Field,
-    start: Array,
-    goal: Array,
+    first: Array,
     step: float,
     path: Array,
     tolerance: float,
     cap: float,
     limit: int,
 ) -> tuple:
-    """Grow, resample and relax into `path` (n, D); (iterations, last step), 0 iterations where ends do not meet.
+    """Relax a first path (m, D) into `path` (n, D); (iterations, last step).
 
-    A path of many states is relaxed with few of them first, which takes away most of the error at little cost.
+    Of two states alone the path between them is grown; 0 iterations where they do not meet. Grown paths of many
+    states are relaxed with few of them first, which takes away most of the error at little cost.
     """
-    grown = np.empty((GROWN, start.size))
-    count = grow_path(surface, field, start, goal, step, grown)
-    if count == 0:
+    grow = len(first) == 2
+    if grow:
+        grown = np.empty((GROWN, first.shape[1]))
+        first = grown[: grow_path(surface, field, first[0], first[1], step, grown)]
+    if len(first) == 0:
         return 0, np.inf
+    now = np.empty((COARSE, first.shape[1])) if grow and len(path) >= 2 * COARSE else path
+    resample(first, now)
     share = 1.0
-    if len(path) < 2 * COARSE:
-        resample(grown[:count], path)
-    else:
-        coarse = np.empty((COARSE, start.size))
-        resample(grown[:count], coarse)
-        _, _, share = relax(surface, field, coarse, tolerance, cap, limit, share)
-        refine(coarse, path)
-    iterations, moved, _ = relax(surface, field, path, tolerance, cap, limit, share)
-    return iterations, moved
+    while True:
+        iterations, moved, share = relax(surface, field, now, tolerance, cap, limit, share)
+        if len(now) == len(path):
+            return iterations, moved
+        refine(now, path)
+        now = path

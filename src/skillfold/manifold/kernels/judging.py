@@ -1,46 +1,33 @@
 """How far states are from the surface and from what was demonstrated."""
 
+import math
 from typing import Any
 
 import numpy as np
 
 from skillfold.jit import njit
-from skillfold.manifold.kernels.projection import GHOST, gap, project_states
 from skillfold.manifold.kernels.small import norm
-from skillfold.manifold.kernels.surface import Field, Surface, Trust, evaluate, find_nearest, make_scratch
+from skillfold.manifold.kernels.surface import Field, Surface, evaluate, find_nearest, make_scratch
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @njit
-def displacements(surface: Surface, field: Field, states: Array) -> tuple:
-    """Displacements from the surface to states (B, D), distances to the nearest anchor, and doubts; both (B,)."""
+def displacements(surface: Surface, field: Field, states: Array, ghost: float) -> tuple:
+    """Of states (B, D): how far the surface seems, distances to the nearest anchor, and doubts; each (B,).
+
+    The first is the length of the displacement, which bounds the distance up to a square, provided that the anchors
+    agree about it. What they disagree by counts as distance too, once it is more than `ghost`.
+    """
     scratch = make_scratch(surface, field, len(states))
     evaluate(surface, field, states, scratch)
-    return scratch.normals, np.sqrt(scratch.squares[:, 0]), scratch.doubts
-
-
-@njit
-def judge(surface: Surface, field: Field, trust: Trust, states: Array, enough: float) -> tuple:
-    """Distances of states (B, D) from the modelled surface, and from the nearest anchor; both (B,).
-
-    A state nearer than `enough` is not projected: there its displacement, which bounds the distance up to a
-    square, tells all that was asked, provided that the anchors agree about it. What they disagree by counts as
-    distance, once it is too much to be overlooked.
-    """
-    normals, nearest, doubts = displacements(surface, field, states)
-    off = np.empty(len(states))
+    off, nearest = np.empty(len(states)), np.empty(len(states))
     for i in range(len(states)):
-        off[i] = norm(normals[i])
-        if doubts[i] > GHOST * trust.doubt:
-            off[i] = np.hypot(off[i], doubts[i])
-    asked = np.flatnonzero(off > enough)
-    if len(asked):
-        away = states[asked]
-        points, _ = project_states(surface, field, trust, away)
-        for k in range(len(asked)):
-            off[asked[k]] = np.sqrt(gap(points[k], away[k]))
-    return off, nearest
+        off[i] = norm(scratch.normals[i])
+        if scratch.doubts[i] > ghost:
+            off[i] = math.hypot(off[i], scratch.doubts[i])
+        nearest[i] = math.sqrt(scratch.squares[i, 0])
+    return off, nearest, scratch.doubts
 
 
 @njit

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inner, njit
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
 from skillfold.manifold.kernels.surface import Field
 from skillfold.manifold.kernels.tangents import tangent_bases
@@ -101,7 +101,7 @@ def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> t
     return iteration, moved
 
 
-@njit
+@inner
 def normal_projector(basis: Array, out: Array) -> None:
     """I − T'T for orthonormal rows T (d, D), into `out` (D, D)."""
     d, D = basis.shape

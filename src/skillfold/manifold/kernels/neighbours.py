@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 
-@njit
+@inlined
 def nearest_anchors(
     points: Array,
     rows: Array,
@@ -47,7 +47,7 @@ def nearest_anchors(
             smallest(distances, nearest[i], squares[i])
 
 
-@njit
+@inlined
 def among(
     rows: Array, neighbours: Indices, centre: int, states: Array, i: int, nearest: Indices, squares: Array
 ) -> float:
@@ -74,7 +74,7 @@ def among(
     return own
 
 
-@njit
+@inner
 def smallest(values: Array, indices: Indices, found: Array) -> None:
     """The smallest values, sorted, into `found`, and where they stand into `indices`."""
     m = indices.size

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.small import orthonormalise
 from skillfold.manifold.polynomials import Monomials
 
@@ -43,7 +43,7 @@ class Room(NamedTuple):
     solution: Array
 
 
-@njit
+@inner
 def make_room(k: int, P: int, D: int, dim: int) -> Room:
     """Room for one fit."""
     normals = D - dim
@@ -58,7 +58,7 @@ def make_room(k: int, P: int, D: int, dim: int) -> Room:
     )
 
 
-@njit
+@inner
 def gather(samples: Array, centre: Array, neighbours: Indices, room: Room) -> float:
     """Offsets and Wendland weights (1 − r)⁴(4r + 1) of the neighbours into `room`; returns the radius."""
     k, D = neighbours.size, centre.size
@@ -96,7 +96,7 @@ def scatters(samples: Array, centres: Array, neighbours: Indices) -> Array:
     return result
 
 
-@njit
+@inner
 def component(direction: Array, scale: float, offsets: Array, out: Array) -> None:
     """Components (k,) of offsets (D, k) along a direction, times the scale."""
     out[:] = 0.0
@@ -105,7 +105,7 @@ def component(direction: Array, scale: float, offsets: Array, out: Array) -> Non
             out[i] += scale * direction[c] * offsets[c, i]
 
 
-@njit
+@inner
 def assemble(frame: Array, radius: float, dim: int, table: Monomials, terms: int, room: Room) -> None:
     """Normal equations of the first `terms` monomials of u / radius in the frame into room.gram."""
     D, k = room.offsets.shape
@@ -123,7 +123,7 @@ def assemble(frame: Array, radius: float, dim: int, table: Monomials, terms: int
         products(room.rows, room.weighted, j, terms + D - dim, room.gram[:, j])
 
 
-@njit
+@inner
 def products(rows: Array, weighted: Array, first: int, end: int, out: Array) -> None:
     """Products of rows first to end with one weighted row; four at a time, so that its values are loaded once."""
     h = first
@@ -145,7 +145,7 @@ def products(rows: Array, weighted: Array, first: int, end: int, out: Array) -> 
         h += 1
 
 
-@njit
+@inner
 def factorise(terms: int, normals: int, room: Room) -> None:
     """Cholesky factor of the normal equations plus the ridge, in place.
 
@@ -160,7 +160,7 @@ def factorise(terms: int, normals: int, room: Room) -> None:
             room.gram[h, j] = s / room.gram[j, j] if j < h else math.sqrt(max(s, 0.0) + ridge)
 
 
-@njit
+@inner
 def substitute(terms: int, fitted: int, room: Room) -> None:
     """Coefficients of the first `terms` monomials alone into room.solution, where `fitted` ones were factorised."""
     for n in range(room.solution.shape[0]):
@@ -172,7 +172,7 @@ def substitute(terms: int, fitted: int, room: Room) -> None:
                 room.solution[n, i] -= room.gram[j, i] * room.solution[n, j]
 
 
-@njit
+@inlined
 def turn(frame: Array, radius: float, dim: int, room: Room) -> None:
     """Turn the frame's rows so that its tangents have the slope that room.solution has at the centre."""
     for a in range(dim):
@@ -183,7 +183,7 @@ def turn(frame: Array, radius: float, dim: int, room: Room) -> None:
     orthonormalise(frame)
 
 
-@njit
+@inlined
 def fit_one(
     samples: Array,
     centre: Array,

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.neighbours import smallest
 from skillfold.manifold.kernels.small import copy, keep_along, norm
 from skillfold.manifold.kernels.surface import (
@@ -32,7 +32,7 @@ BACK_STEPS = 20  # straight onto the surface, at the end
 ROUGH, ROUGH_STEPS = 1e-4, 16.0  # the same, while several starts are compared
 
 
-@njit
+@inner
 def descend(
     surface: Surface,
     field: Field,
@@ -98,7 +98,7 @@ def descend(
     return met
 
 
-@njit
+@inlined
 def step_back(surface: Surface, field: Field, points: Array, tolerance: float, scratch: Scratch, met: Flags) -> None:
     """Straight from points (n, D; changed in place) to their feet, those left out that have `met` the surface."""
     active = np.flatnonzero(~met)
@@ -122,7 +122,7 @@ def step_back(surface: Surface, field: Field, points: Array, tolerance: float, s
         left = going
 
 
-@njit
+@inlined
 def find_starts(
     points: Array, spacing: float, sure: Flags, state: Array, distances: Array, starts: Indices, squares: Array
 ) -> None:
@@ -143,7 +143,7 @@ def find_starts(
         smallest(distances, starts, squares)
 
 
-@njit
+@inlined
 def project_far(surface: Surface, field: Field, trust: Trust, states: Array, out: Array, scratch: Scratch) -> Flags:
     """The closest trusted points to states (n, D) into `out`, and whether the surface was met (n,).
 
@@ -167,9 +167,8 @@ def project_far(surface: Surface, field: Field, trust: Trust, states: Array, out
             copy(surface.rows[scratch.starts[s]], points[i * S + s])
         copy(points[i * S], anchors[i])
         copy(points[i * S], out[i])
-    met = np.zeros(n, np.bool_)
-    step_back(surface, field, out, TOLERANCE, scratch, met)
     far, doubt, cap = trust.spacing, trust.doubt, trust.cap
+    met = descend(surface, field, far, doubt, cap, states, out, TOLERANCE, 0.0, scratch)
     rough = descend(surface, field, far, doubt, cap, targets, points, ROUGH, ROUGH_STEPS, scratch)
     best = anchors.copy()
     for i in range(n):
@@ -188,7 +187,7 @@ def project_far(surface: Surface, field: Field, trust: Trust, states: Array, out
     return met
 
 
-@njit
+@inlined
 def project_block(
     surface: Surface, field: Field, trust: Trust, states: Array, out: Array, met: Flags, scratch: Scratch
 ) -> None:
@@ -223,7 +222,7 @@ def project_block(
             met[chosen[k]] = found[k]
 
 
-@njit
+@inner
 def gap(a: Array, b: Array) -> float:
     """Squared distance."""
     s = 0.0

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inner
 from skillfold.manifold.kernels.small import norm
 from skillfold.manifold.kernels.walking import Barrier, Chart, to_slope
 
@@ -16,7 +16,7 @@ SIGHT = 3.0  # margins, up to which clearance is told
 INSET = 0.005  # rms radii that a path keeps from limits
 
 
-@njit
+@inner
 def push_off_obstacles(
     chart: Chart,
     barrier: Barrier,
@@ -47,7 +47,7 @@ def push_off_obstacles(
     return least, steepest
 
 
-@njit
+@inner
 def push_off_limits(
     chart: Chart, state: Array, normal: Array, tangents: Array, slope: Array, stiffness: Array, force: Array
 ) -> None:
@@ -61,7 +61,7 @@ def push_off_limits(
             add_push(slope, max(over, under), 0.0, normal, tangents, stiffness, force)
 
 
-@njit
+@inner
 def add_push(
     slope: Array, depth: float, steepest: float, normal: Array, tangents: Array, stiffness: Array, force: Array
 ) -> None:

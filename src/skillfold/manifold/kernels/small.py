@@ -5,25 +5,25 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inner
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-@njit
+@inner
 def copy(source: Array, out: Array) -> None:
     """Copy a vector; for an assignment of arrays Numba compiles a second's worth of error messages."""
     for c in range(source.size):
         out[c] = source[c]
 
 
-@njit
+@inner
 def norm(vector: Array) -> float:
     """Euclidean length."""
     return math.sqrt(square(vector))
 
 
-@njit
+@inner
 def components(basis: Array, vector: Array, out: Array) -> None:
     """Components of `vector` along the orthonormal rows of `basis`."""
     for a in range(basis.shape[0]):
@@ -33,7 +33,7 @@ def components(basis: Array, vector: Array, out: Array) -> None:
         out[a] = s
 
 
-@njit
+@inner
 def keep_along(basis: Array, vector: Array, work: Array) -> None:
     """Vector ← its part in the span of the orthonormal rows of `basis`."""
     components(basis, vector, work)
@@ -43,7 +43,7 @@ def keep_along(basis: Array, vector: Array, work: Array) -> None:
             vector[c] += work[a] * basis[a, c]
 
 
-@njit
+@inner
 def orthonormalise(basis: Array) -> bool:
     """Gram-Schmidt on the rows; one that vanishes becomes the next free axis, and the answer False."""
     d, D = basis.shape
@@ -65,7 +65,7 @@ def orthonormalise(basis: Array) -> bool:
     return full_rank
 
 
-@njit
+@inner
 def square(vector: Array) -> float:
     """Squared Euclidean length."""
     s = 0.0
@@ -74,7 +74,7 @@ def square(vector: Array) -> float:
     return s
 
 
-@njit
+@inner
 def clear(basis: Array, a: int, before: float) -> float:
     """Take off row a what lies along the rows before it; the squared length it is left with.
 
@@ -95,7 +95,7 @@ def clear(basis: Array, a: int, before: float) -> float:
     return after
 
 
-@njit
+@inner
 def solve_in_place(matrix: Array, right: Array) -> None:
     """Solve matrix X = right (d, d), (d, m) by Gaussian elimination with row pivots; X replaces `right`."""
     d, m = right.shape

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.detours import frame_path, free_rows
 from skillfold.manifold.kernels.projection import gap
 from skillfold.manifold.kernels.small import keep_along, norm
@@ -77,7 +77,7 @@ def relax_springs(
     return iteration, moved
 
 
-@njit
+@inner
 def pull_of(neighbour: Array, here: Array, rest: float, move: Array) -> None:
     """Add a neighbour's share of the mean force: away where it is nearer than at rest, else toward it."""
     length = max(np.sqrt(gap(neighbour, here)), 1e-300)
@@ -85,7 +85,7 @@ def pull_of(neighbour: Array, here: Array, rest: float, move: Array) -> None:
         move[c] += 0.5 * RATE * (rest - length) / length * (here[c] - neighbour[c])
 
 
-@njit
+@inlined
 def bend(path: Array, bends: Array, mean: Array) -> None:
     """Second differences (n, D) of a path, which are C s², and their mean (D,) over its inner states."""
     n, D = path.shape

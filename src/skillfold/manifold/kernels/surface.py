@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner
 from skillfold.manifold.kernels.neighbours import nearest_anchors
 from skillfold.manifold.kernels.tangents import remove_tangential, tangent_bases
 
@@ -108,7 +108,7 @@ class Scratch(NamedTuple):
     features: Array
 
 
-@njit
+@inner
 def make_scratch(surface: Surface, field: Field, n: int) -> Scratch:
     """Room for evaluations at n states."""
     D, M = surface.points.shape
@@ -132,7 +132,7 @@ def make_scratch(surface: Surface, field: Field, n: int) -> Scratch:
     )
 
 
-@njit
+@inner
 def evaluate(surface: Surface, field: Field, states: Array, scratch: Scratch) -> None:
     """Displacements from the modelled surface to states (n, D), and H's tangents there, into scratch.
 
@@ -164,7 +164,7 @@ def evaluate(surface: Surface, field: Field, states: Array, scratch: Scratch) ->
     remove_tangential(s.bases[:n], s.normals, s.along)
 
 
-@njit
+@inlined
 def find_nearest(surface: Surface, states: Array, scratch: Scratch) -> None:
     """The nearest anchors of states (n, D), sorted, into scratch.nearest and their squares into scratch.squares."""
     nearest_anchors(
@@ -179,7 +179,7 @@ def find_nearest(surface: Surface, states: Array, scratch: Scratch) -> None:
     )
 
 
-@njit
+@inlined
 def blend(squares: Array, weights: Array) -> None:
     """Weights (n, m) of the nearest anchors: Wendland's in d² - d²_min, local far from the data too; sum 1."""
     m = weights.shape[1]
@@ -194,7 +194,7 @@ def blend(squares: Array, weights: Array) -> None:
             weights[i, j] /= total
 
 
-@njit
+@inlined
 def displace(
     rows: Array,
     tangents: Array,

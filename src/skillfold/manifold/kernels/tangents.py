@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner
 from skillfold.manifold.kernels.small import orthonormalise
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-@njit
+@inner
 def falling(x: float) -> float:
     """exp(x) for x ≤ 0 to 13 digits, in steps that a loop over an array does several of at once.
 
@@ -23,7 +23,7 @@ def falling(x: float) -> float:
     return value
 
 
-@njit
+@inner
 def tangent_bases(
     centres: Array, precision: float, weights: Array, states: Array, features: Array, bases: Array
 ) -> bool:
@@ -58,7 +58,7 @@ def tangent_bases(
     return full_rank
 
 
-@njit
+@inlined
 def remove_tangential(bases: Array, vectors: Array, along: Array) -> None:
     """Vectors (n, D) ← what of them lies across the orthonormal rows of bases (n, d, D)."""
     n, d, D = bases.shape

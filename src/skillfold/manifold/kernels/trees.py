@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.projection import gap
 from skillfold.manifold.kernels.small import copy
 from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
@@ -18,6 +18,34 @@ LOCAL = 2.5  # steps: how far nodes look that were blocked before
 
 
 @njit
+def search(
+    surface: Surface,
+    field: Field,
+    support: Support,
+    chart: Chart,
+    barrier: Barrier,
+    ends: Array,
+    targets: Array,
+    picks: Array,
+    step: float,
+    margin: float,
+    path: Array,
+    count: int,
+) -> tuple:
+    """A clear way between ends (2, D) into `path` (limit, D): connected where `count` is 0, then shortened.
+
+    Two questions in one function, so that what they share is compiled once. Returns the number of states, 0 where
+    there is no way, and how many targets were used.
+    """
+    used = 0
+    if count == 0:
+        count, used = connect(surface, field, support, chart, barrier, ends, targets, step, margin, path)
+    if count > 0:
+        count = shorten(surface, field, support, chart, barrier, path, count, picks, step, margin)
+    return count, used
+
+
+@inlined
 def connect(
     surface: Surface,
     field: Field,
@@ -72,7 +100,7 @@ def connect(
     return 0, len(targets)
 
 
-@njit
+@inlined
 def look_aside(node: Array, one: Array, other: Array, far: float, out: Array) -> None:
     """A target `far` from a node in the direction between two random ones, into `out` (D,).
 
@@ -83,7 +111,7 @@ def look_aside(node: Array, one: Array, other: Array, far: float, out: Array) ->
         out[c] = node[c] + far / length * (one[c] - other[c])
 
 
-@njit
+@inner
 def extend(
     surface: Surface,
     field: Field,
@@ -110,7 +138,7 @@ def extend(
     return count + added - 1 if added else -1
 
 
-@njit
+@inlined
 def joined(states: Array, parents: Indices, left: int, right: int, path: Array) -> int:
     """The way from the first tree's root over node `left` and over `right` to the second's; the number of states."""
     nodes = np.empty(states.shape[1], np.int64)
@@ -123,7 +151,7 @@ def joined(states: Array, parents: Indices, left: int, right: int, path: Array) 
     return count + more
 
 
-@njit
+@inlined
 def shorten(
     surface: Surface,
     field: Field,
@@ -164,7 +192,7 @@ def shorten(
     return count
 
 
-@njit
+@inner
 def way(between: Array, start: Array, end: Array) -> float:
     """Length of the way from start over the states between to the end."""
     total, last = 0.0, start

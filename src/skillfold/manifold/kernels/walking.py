@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inner
 from skillfold.manifold.kernels.projection import gap
 from skillfold.manifold.kernels.small import copy, keep_along, norm
 from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate
@@ -53,7 +53,7 @@ class Support(NamedTuple):
     doubt: float
 
 
-@njit
+@inner
 def to_state(chart: Chart, z: Array, state: Array) -> None:
     """The state (D,) with coordinates z (D,)."""
     copy(chart.centre, state)
@@ -62,7 +62,7 @@ def to_state(chart: Chart, z: Array, state: Array) -> None:
             state[c] += chart.scale * z[k] * chart.axes[k, c]
 
 
-@njit
+@inner
 def to_slope(chart: Chart, gradient: Array, out: Array) -> None:
     """The derivative by z (D,) of what has this gradient (D,) by the state."""
     for k in range(out.size):
@@ -72,7 +72,7 @@ def to_slope(chart: Chart, gradient: Array, out: Array) -> None:
         out[k] = chart.scale * s
 
 
-@njit
+@inner
 def in_limits(chart: Chart, state: Array) -> bool:
     """Whether all coordinates of a state (D,) are."""
     inside = True
@@ -81,7 +81,7 @@ def in_limits(chart: Chart, state: Array) -> bool:
     return inside
 
 
-@njit
+@inner
 def settle(surface: Surface, field: Field, support: Support, z: Array, row: Array, scratch: Scratch) -> bool:
     """Bring z (D,) straight onto the surface; whether it got there, where that is believed.
 
@@ -104,7 +104,7 @@ def settle(surface: Surface, field: Field, support: Support, z: Array, row: Arra
     return off < ON_SURFACE and scratch.squares[0, 0] < support.farthest and scratch.doubts[0] < support.doubt
 
 
-@njit
+@inner
 def edge_is_clear(chart: Chart, barrier: Barrier, a: Array, b: Array, margin: float, work: Array) -> bool:
     """Whether the straight edge between coordinates a and b (D,) keeps the margin; `work` is (2, D)."""
     to_state(chart, a, work[0])
@@ -112,7 +112,7 @@ def edge_is_clear(chart: Chart, barrier: Barrier, a: Array, b: Array, margin: fl
     return in_limits(chart, work[1]) and barrier.edge(work[0], work[1], margin, barrier.arguments) >= 1.0
 
 
-@njit
+@inner
 def walk(
     surface: Surface,
     field: Field,

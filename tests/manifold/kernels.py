@@ -1,0 +1,42 @@
+"""The kernels, made so that Python can call those too that are for compiled code alone."""
+
+from types import SimpleNamespace
+
+import numba
+
+from skillfold.manifold.kernels import acceleration as _acceleration
+from skillfold.manifold.kernels import detours as _detours
+from skillfold.manifold.kernels import geodesic as _geodesic
+from skillfold.manifold.kernels import leaf as _leaf
+from skillfold.manifold.kernels import neighbours as _neighbours
+from skillfold.manifold.kernels import projection as _projection
+from skillfold.manifold.kernels import pushes as _pushes
+from skillfold.manifold.kernels import small as _small
+from skillfold.manifold.kernels import springs as _springs
+from skillfold.manifold.kernels import surface as _surface
+from skillfold.manifold.kernels import tangents as _tangents
+from skillfold.manifold.kernels import trees as _trees
+from skillfold.manifold.kernels import walking as _walking
+
+
+def entered(value):
+    """A function that calls an inner kernel; all else as it is."""
+    if not getattr(value, "targetoptions", {}).get("no_cpython_wrapper"):
+        return value
+
+    @numba.njit
+    def call(*arguments):
+        return value(*arguments)
+
+    return call
+
+
+def callable_of(module):
+    return SimpleNamespace(**{name: entered(value) for name, value in vars(module).items()})
+
+
+acceleration, geodesic, neighbours = map(callable_of, (_acceleration, _geodesic, _neighbours))
+projection, small, surface, tangents = map(callable_of, (_projection, _small, _surface, _tangents))
+detours, leaf, pushes, springs, trees, walking = map(
+    callable_of, (_detours, _leaf, _pushes, _springs, _trees, _walking)
+)
