@@ -25,11 +25,15 @@ def ends(model):
     return pairs
 
 
+def room(model, n):
+    return surface.make_scratch(model.surface, model.field, n)
+
+
 @pytest.mark.parametrize(("step", "limit"), [(0.1, 200), (0.3, 200), (0.05, 6), (10.0, 4)])
 def test_grow_path(model, ends, step, limit):
     for start, goal in ends:
         grown = np.empty((limit, len(start)))
-        count = geodesic.grow_path(model.surface, model.field, start, goal, step, grown)
+        count = geodesic.grow_path(model.surface, model.field, start, goal, step, grown, room(model, 1))
         expected = twins.grow_path(model.surface, model.field, start, goal, step, limit)
         assert count == (0 if expected is None else len(expected))
         if expected is not None:
@@ -60,7 +64,7 @@ def bent(start, goal, n, rng):
 
 
 def found_at(model, path):
-    scratch = surface.make_scratch(model.surface, model.field, len(path))
+    scratch = room(model, len(path))
     surface.evaluate(model.surface, model.field, path, scratch)
     scratch.normals[[0, -1]] = 0.0
     return scratch.normals, scratch.bases
@@ -96,7 +100,7 @@ def test_one_step_of_relax(model, ends, n, cap):
         steps = twins.newton_steps(path, *found_at(model, path))
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         expected = path + steps * np.minimum(1.0, cap / np.maximum(lengths, 1e-300))
-        found = geodesic.relax(model.surface, model.field, path, 0.0, cap, 1, 0.5)
+        found = geodesic.relax(model.surface, model.field, path, 0.0, cap, 1, 0.5, room(model, len(path)))
         assert found == pytest.approx((1, 0.5 * lengths.max(), 0.5), abs=1e-10)
         np.testing.assert_allclose(path, expected, atol=1e-10)
 
@@ -105,7 +109,7 @@ def test_relax_until_it_settles(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
         expected, iterations, _, _ = twins.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0)
-        found = geodesic.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0)
+        found = geodesic.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0, room(model, len(path)))
         assert abs(found[0] - iterations) <= 2  # rounding in least squares of steps that are nearly alike
         assert max(found[0], iterations) < 60
         np.testing.assert_allclose(path, expected, atol=1e-8)
@@ -114,7 +118,7 @@ def test_relax_until_it_settles(model, ends):
 def test_relax_ends_where_the_plain_steps_vanish(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
-        geodesic.relax(model.surface, model.field, path, 1e-10, 0.3, 100, 1.0)
+        geodesic.relax(model.surface, model.field, path, 1e-10, 0.3, 100, 1.0, room(model, len(path)))
         assert np.abs(twins.newton_steps(path, *found_at(model, path))).max() < 1e-8
 
 
@@ -152,5 +156,8 @@ def test_solve_geodesic_from_a_first_path(model, ends):
         path, expected = np.empty((40, len(start))), np.empty((40, len(start)))
         found = geodesic.solve_geodesic(model.surface, model.field, first, 0.1, path, 1e-9, 0.3, 100)
         geodesic.resample(first, expected)
-        assert geodesic.relax(model.surface, model.field, expected, 1e-9, 0.3, 100, 1.0)[0] == found[0]
+        assert (
+            geodesic.relax(model.surface, model.field, expected, 1e-9, 0.3, 100, 1.0, room(model, len(expected)))[0]
+            == found[0]
+        )
         np.testing.assert_allclose(path, expected, atol=1e-8)

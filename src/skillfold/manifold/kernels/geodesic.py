@@ -7,7 +7,7 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, take
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
-from skillfold.manifold.kernels.surface import Field, Surface, evaluate, make_scratch
+from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -18,7 +18,9 @@ WORSE = 2.0  # times the last step: a larger one shows that what was learnt of t
 
 
 @inlined
-def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: float, grown: Array) -> int:
+def grow_path(
+    surface: Surface, field: Field, start: Array, goal: Array, step: float, grown: Array, scratch: Scratch
+) -> int:
     """Grow from both ends in turn along the projected direction until they meet; the number of states grown.
 
     Algorithm 1 with its faults mended: the grown points are kept, in `grown` (limit, D), start first; steps go
@@ -26,7 +28,6 @@ def grow_path(surface: Surface, field: Field, start: Array, goal: Array, step: f
     meet within the limit or stop getting closer.
     """
     limit, D = grown.shape
-    scratch = make_scratch(surface, field, 1)
     normal, basis, within = scratch.normals[0], scratch.bases[0], scratch.along
     direction = np.empty(D)
     left, right = 0, limit - 1
@@ -143,7 +144,14 @@ def newton_steps(
 
 @inlined
 def relax(
-    surface: Surface, field: Field, path: Array, tolerance: float, cap: float, limit: int, share: float
+    surface: Surface,
+    field: Field,
+    path: Array,
+    tolerance: float,
+    cap: float,
+    limit: int,
+    share: float,
+    scratch: Scratch,
 ) -> tuple:
     """Make `path` (n, D) a geodesic in place, its ends fixed; (iterations, step that would be next, share left).
 
@@ -153,7 +161,6 @@ def relax(
     """
     n, D = path.shape
     d = field.weights.shape[0]
-    scratch = make_scratch(surface, field, n)
     right, steps, before = np.empty((n, d, d + 1)), np.zeros((n, D)), np.zeros((n, D))
     stiffness, force = np.zeros((n, d, d)), np.zeros((n, d))
     path_changes, step_changes = np.zeros((MEMORY, n, D)), np.zeros((MEMORY, n, D))
@@ -201,31 +208,25 @@ def refine(coarse: Array, path: Array) -> None:
 
 @njit
 def solve_geodesic(
-    surface: Surface,
-    field: Field,
-    first: Array,
-    step: float,
-    path: Array,
-    tolerance: float,
-    cap: float,
-    limit: int,
+    surface: Surface, field: Field, first: Array, step: float, path: Array, tolerance: float, cap: float, limit: int
 ) -> tuple:
     """Relax a first path (m, D) into `path` (n, D); (iterations, last step).
 
     Of two states alone the path between them is grown; 0 iterations where they do not meet. Grown paths of many
     states are relaxed with few of them first, which takes away most of the error at little cost.
     """
+    scratch = make_scratch(surface, field, len(path))
     grow = len(first) == 2
     if grow:
         grown = np.empty((GROWN, first.shape[1]))
-        first = grown[: grow_path(surface, field, first[0], first[1], step, grown)]
+        first = grown[: grow_path(surface, field, first[0], first[1], step, grown, scratch)]
     if len(first) == 0:
         return 0, np.inf
     now = np.empty((COARSE, first.shape[1])) if grow and len(path) >= 2 * COARSE else path
     resample(first, now)
     share = 1.0
     while True:
-        iterations, moved, share = relax(surface, field, now, tolerance, cap, limit, share)
+        iterations, moved, share = relax(surface, field, now, tolerance, cap, limit, share, scratch)
         if len(now) == len(path):
             return iterations, moved
         refine(now, path)

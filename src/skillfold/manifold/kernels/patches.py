@@ -43,7 +43,7 @@ class Room(NamedTuple):
     solution: Array
 
 
-@inner
+@inlined
 def make_room(k: int, P: int, D: int, dim: int) -> Room:
     """Room for one fit."""
     normals = D - dim
@@ -67,7 +67,10 @@ def gather(samples: Array, centre: Array, neighbours: Indices, room: Room) -> fl
         for i in range(k):
             room.offsets[c, i] = samples[neighbours[i], c] - centre[c]
             room.weights[i] += room.offsets[c, i] ** 2
-    radius = max(MARGIN * math.sqrt(room.weights.max()), 1e-300)
+    farthest = 0.0
+    for i in range(k):
+        farthest = max(farthest, room.weights[i])
+    radius = max(MARGIN * math.sqrt(farthest), 1e-300)
     for i in range(k):
         r = math.sqrt(room.weights[i]) / radius
         room.weights[i] = (1.0 - r) ** 4 * (4.0 * r + 1.0)
@@ -224,11 +227,11 @@ def fit_patches(
     terms: Indices,
     turns: int,
 ) -> tuple:
-    """Polynomials at centres (M, D), one for each number of leading monomials in `terms`; frames are turned.
+    """Polynomials at centres (M, D), one for each number of leading monomials in `terms`, which ascend; turns frames.
 
-    Returns coefficients (len(terms), M, max(terms), D - d), zero beyond a polynomial's own terms, and radii (M,).
+    Returns coefficients (len(terms), M, terms[-1], D - d), zero beyond a polynomial's own terms, and radii (M,).
     """
-    (M, k), D, P = neighbours.shape, samples.shape[1], terms.max()
+    (M, k), D, P = neighbours.shape, samples.shape[1], terms[terms.size - 1]
     room = make_room(k, max(turning, P), D, dim)
     coefficients, radii = np.zeros((terms.size, M, P, D - dim)), np.empty(M)
     for m in range(M):
