@@ -1,6 +1,6 @@
 """What the controller's step is given: a skill, gains, limits, dynamics and obstacles, laid out in one table."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,10 @@ class Bounds:
     velocity: Array
     acceleration: Array
     torque: Array
+
+    def slower(self, pace: float) -> "Bounds":
+        """The same for motions at that share of the speed."""
+        return replace(self, velocity=pace * self.velocity, acceleration=pace**2 * self.acceleration)
 
 
 def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turning: Array) -> Table:

@@ -152,6 +152,7 @@ class ReactiveController:
         self.update(obstacles)
         self.reference, memory[at.KEEP] = timed(plan.path.states, still, self._obstacles, self._bounds, duration)
         layout.put_reference(self._table, self.reference)
+        self._unhurried = self._bounds.slower(self.reference.pace)
         slack = self._bounds.acceleration / self._bounds.velocity
         memory[at.BRAKE] = min(RATE, 0.8 * np.e * float(np.min(slack, where=np.isfinite(slack), initial=RATE)))
         memory[at.HORIZON], memory[at.LEAP], memory[at.FASTEST] = LOOK_AHEAD, 0.2, _fastest(self._bounds.velocity)
@@ -279,7 +280,7 @@ class ReactiveController:
         if self._moves:
             obstacles = obstacles.at(now)  # type: ignore[union-attr]
         velocity = self._wanted[1].copy()
-        self._plans.ask(Question(start, velocity, self.goal, obstacles, self._bounds, self._planner), now)
+        self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner), now)
 
     def _take(self, renewal: Renewal, now: float) -> None:
         """Follow a new plan, led over to smoothly."""
@@ -287,9 +288,16 @@ class ReactiveController:
         if renewal.reference is None:
             self._again = now + AGAIN
             return
-        reference, bounds = renewal.reference, self._table.arrays
-        limits = bounds[at.VELOCITY], bounds[at.RISE]
-        splice(reference.knots, reference.step, self._wanted, SPLICE, *limits, self._work)
+        reference, limits = renewal.reference, self._unhurried
+        splice(
+            reference.knots,
+            reference.step,
+            self._wanted,
+            SPLICE,
+            limits.velocity,
+            limits.acceleration,
+            self._work,
+        )
         self.reference = reference
         layout.put_reference(self._table, reference)
         self._memory[at.KEEP] = renewal.keep

@@ -1,7 +1,7 @@
 """Paths in time: the shortest smooth motion along a path that keeps limits of velocity and acceleration."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,12 +31,14 @@ class Reference:
         step: seconds between them.
         duration: of the motion [s].
         names: of the coordinates, or empty.
+        pace: share of the speed that limits allow: below 1 where a longer duration was asked for.
     """
 
     knots: Array
     step: float
     duration: float
     names: tuple[str, ...] = ()
+    pace: float = 1.0
 
     def at(self, time: float) -> Array:
         """Position, velocity and acceleration (3, D) at a time [s]."""
@@ -80,7 +82,7 @@ def time_path(
     if length <= STILL:
         return _resting(states[-1], 0.0 if duration is None else _seconds(duration), names)
     times, place = _law(curve, length, v, a, max(float(speed), 0.0))
-    stretch = _stretch(curve, times, place, v, a)
+    stretch = shortest = _stretch(curve, times, place, v, a)
     if duration is not None:
         wanted = _seconds(duration) / times[-1]
         if wanted < stretch * (1 - 1e-6):
@@ -88,7 +90,7 @@ def time_path(
                 f"duration {duration:g} s; the limits of velocity and acceleration need {stretch * times[-1]:.3g} s."
             )
         stretch = wanted
-    return _baked(curve, times * stretch, place, names)
+    return replace(_baked(curve, times * stretch, place, names), pace=min(shortest / stretch, 1.0))
 
 
 def _limit(values: Any, n_dims: int, missing: float, name: str) -> Array:
