@@ -93,6 +93,22 @@ def time_path(
     return replace(_baked(curve, times * stretch, place, names), pace=min(shortest / stretch, 1.0))
 
 
+def follow(trajectory: Trajectory) -> Reference:
+    """A timed motion as a reference, smooth between its states; it ends at rest.
+
+    Raises:
+        InputError: fewer than six states.
+    """
+    times, states = trajectory.times - trajectory.times[0], trajectory.states
+    if len(times) < 6:
+        raise InputError(f"trajectory of {len(times)} states; expected six or more.")
+    duration = float(times[-1])
+    curve = make_interp_spline(times, states, k=5)
+    moments = np.linspace(0.0, duration, max(int(np.ceil(duration / STEP)), 4) + 1)
+    knots = np.stack([curve(moments), curve(moments, 1), curve(moments, 2)], axis=1)
+    return _with_rest(knots, float(moments[1]), duration, trajectory.names)
+
+
 def _limit(values: Any, n_dims: int, missing: float, name: str) -> Array:
     given = np.full(n_dims, np.inf) if values is None else np.asarray(values, np.float64)
     if given.shape != (n_dims,) or not (given > 0).all():
@@ -141,7 +157,7 @@ def _law(curve: Spline, length: float, v: Array, a: Array, speed: float) -> tupl
     smooth = np.convolve(speeds, window / window.sum(), "valid")
     smooth[0], smooth[-1] = u[0], 0.0
     place = np.concatenate([[0.0], np.cumsum(0.5 * tick * (smooth[1:] + smooth[:-1]))])
-    times: Array = np.arange(len(place)) * tick
+    times = np.asarray(np.arange(len(place)) * tick, np.float64)
     return times, np.asarray(place * (length / place[-1]), np.float64)
 
 
@@ -164,17 +180,17 @@ def _fastest(s: Array, slope: Array, bend: Array, v: Array, a: Array, speed: flo
 
 def _stretch(curve: Spline, times: Array, place: Array, v: Array, a: Array) -> float:
     """By how much the law must be slowed so that the motion keeps the limits everywhere; at most a little faster."""
-    motion = _along(curve, times, place)
+    motion = _along(curve, times, place, times)
     fast = (np.abs(motion[:, 1]) / v).max()
     hard = np.sqrt((np.abs(motion[:, 2]) / a).max())
     return float(max(fast, hard, 1e-3))
 
 
-def _along(curve: Spline, times: Array, place: Array) -> Array:
-    """Knots (n, 3, D) of the motion."""
+def _along(curve: Spline, times: Array, place: Array, moments: Array) -> Array:
+    """Knots (n, 3, D) of the motion at moments (n,)."""
     law = make_interp_spline(times, place, k=5, bc_type=_ends(times, place))
-    s = np.clip(place, 0.0, place[-1])
-    u, rise = law(times, 1)[:, None], law(times, 2)[:, None]
+    s = np.clip(law(moments), 0.0, place[-1])
+    u, rise = law(moments, 1)[:, None], law(moments, 2)[:, None]
     slope = curve(s, 1)
     return np.stack([curve(s), slope * u, curve(s, 2) * u**2 + slope * rise], axis=1)
 
@@ -188,14 +204,14 @@ def _ends(times: Array, place: Array) -> Any:
 def _baked(curve: Spline, times: Array, place: Array, names: tuple[str, ...]) -> Reference:
     """The motion at even knots, and its rest."""
     duration = float(times[-1])
-    law = make_interp_spline(times, place, k=5, bc_type=_ends(times, place))
-    step = duration / max(int(np.ceil(duration / STEP)), 4)
-    moments = np.arange(round(duration / step) + 1) * step
-    s = np.clip(law(moments), 0.0, place[-1])
-    u, rise = law(moments, 1)[:, None], law(moments, 2)[:, None]
-    slope = curve(s, 1)
-    knots = np.stack([curve(s), slope * u, curve(s, 2) * u**2 + slope * rise], axis=1)
-    knots[-1, 0], knots[-1, 1:] = curve(np.array([place[-1]]))[0], 0.0
+    count = max(int(np.ceil(duration / STEP)), 4)
+    moments = np.linspace(0.0, duration, count + 1)
+    return _with_rest(_along(curve, times, place, moments), duration / count, duration, names)
+
+
+def _with_rest(knots: Array, step: float, duration: float, names: tuple[str, ...]) -> Reference:
+    """The knots of a motion, and its rest."""
+    knots[-1, 1:] = 0.0
     tail = np.repeat(knots[-1:], int(np.ceil(TAIL / step)), axis=0)
     return Reference(np.ascontiguousarray(np.concatenate([knots, tail])), step, duration, names)
 
