@@ -40,7 +40,9 @@ def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turni
     D = model.n_dims
     memory = np.zeros(at.CELLS)
     memory[[at.BLOCKED, at.SWEEP]] = np.inf
-    rows = {slot: np.zeros(D) for slot in (at.Q, at.QD, at.GOOD, at.LAST, at.FOOT, at.ACCELERATION, at.TORQUE)}
+    rows = {
+        slot: np.zeros(D) for slot in (at.Q, at.QD, at.GOOD, at.LAST, at.SEEN, at.FOOT, at.ACCELERATION, at.TORQUE)
+    }
     slots = rows | {
         at.POINTS: surface.points,
         at.ROWS: surface.rows,

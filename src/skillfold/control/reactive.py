@@ -1,5 +1,6 @@
 """`ReactiveController`: holds a robot to its skill, brings it back when pushed, plans anew (sections IV-C, IV-D)."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -153,10 +154,9 @@ class ReactiveController:
         self.reference, memory[at.KEEP] = timed(plan.path.states, still, self._obstacles, self._bounds, duration)
         layout.put_reference(self._table, self.reference)
         self._unhurried = self._bounds.slower(self.reference.pace)
-        slack = self._bounds.acceleration / self._bounds.velocity
-        memory[at.BRAKE] = min(RATE, 0.8 * np.e * float(np.min(slack, where=np.isfinite(slack), initial=RATE)))
+        memory[at.BRAKE] = _brake(self._bounds)
         memory[at.HORIZON], memory[at.LEAP], memory[at.FASTEST] = LOOK_AHEAD, 0.2, _fastest(self._bounds.velocity)
-        for slot in (at.GOOD, at.LAST, at.FOOT):
+        for slot in (at.GOOD, at.LAST, at.SEEN, at.FOOT):
             self._table.arrays[slot][:] = plan.path.states[0]
         self._wanted[0] = plan.path.states[0]
         self._torque = robot is not None
@@ -279,7 +279,8 @@ class ReactiveController:
         obstacles = self._obstacles
         if self._moves:
             obstacles = obstacles.at(now)  # type: ignore[union-attr]
-        velocity = self._wanted[1].copy()
+        # Back from a push the new motion begins at rest, and can wait until the arm is there.
+        velocity = np.zeros(len(start)) if self.mode == "returning" else self._wanted[1].copy()
         self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner), now)
 
     def _take(self, renewal: Renewal, now: float) -> None:
@@ -289,17 +290,19 @@ class ReactiveController:
             self._again = now + AGAIN
             return
         reference, limits = renewal.reference, self._unhurried
-        splice(
+        spare = len(reference.knots) - 1 - round(reference.duration / reference.step)
+        _, delay = splice(
             reference.knots,
             reference.step,
             self._wanted,
             SPLICE,
+            spare,
             limits.velocity,
             limits.acceleration,
             self._work,
         )
-        self.reference = reference
-        layout.put_reference(self._table, reference)
+        self.reference = replace(reference, duration=reference.duration + delay * reference.step)
+        layout.put_reference(self._table, self.reference)
         self._memory[at.KEEP] = renewal.keep
         self.replans += 1
         self._base = self.mode = "replanned"
@@ -355,6 +358,13 @@ def _numbers(gains: Gains, scale: float) -> list[float]:
         raise InputError(f"{gains}; expected positive numbers.")
     values[1] = 2.0 * gains.along_damping * np.sqrt(gains.along)
     return values
+
+
+def _brake(bounds: Bounds) -> float:
+    """How fast the rate of the reference may change [1/s]: braking at full speed keeps the limits."""
+    known = np.isfinite(bounds.velocity) & np.isfinite(bounds.acceleration)
+    quickest = bounds.acceleration[known] / bounds.velocity[known]
+    return min(RATE, 0.8 * float(np.e * quickest.min())) if known.any() else RATE
 
 
 def _fastest(velocity: Array) -> float:

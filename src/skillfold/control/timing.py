@@ -146,9 +146,11 @@ def _law(curve: Spline, length: float, v: Array, a: Array, speed: float) -> tupl
     """
     peak = float((v / np.maximum(np.abs(curve(np.linspace(0, length, GRID), 1)), 1e-12)).min(1).max())
     ease = min(EASING, 0.5 * length / peak)
-    lead = 0.5 * ease * min(speed, peak)
-    s = np.linspace(min(lead, 0.5 * length), length, GRID)
+    s = np.linspace(0.0, length, GRID)
     u = _fastest(s, curve(s, 1), curve(s, 2), v, a, speed)
+    if u[0] > 0:
+        s = np.linspace(0.5 * ease * u[0], length, GRID)
+        u = _fastest(s, curve(s, 1), curve(s, 2), v, a, u[0])
     moments = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / np.maximum(u[1:] + u[:-1], 1e-9))])
     tick = min(0.2 * STEP, moments[-1] / GRID)
     window = np.hanning(max(round(ease / tick), 2) + 2)[1:-1]

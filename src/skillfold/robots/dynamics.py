@@ -108,7 +108,7 @@ def _attach(spec: Any, frame: str, mass: float, center: Any) -> None:
     body, pose = frame_of(spec, frame)
     place = body.add_frame(pos=pose[:3], quat=pose[3:])
     load = body.add_body(name=LOAD, mass=mass, pos=np.asarray(read_pose(center, "center"))[:3])
-    load.explicitinertial, load.inertia = True, [1e-4 * mass] * 3
+    load.explicitinertial, load.inertia, load.ipos = True, [1e-4 * mass] * 3, [0.0, 0.0, 0.0]
     load.set_frame(place)
 
 

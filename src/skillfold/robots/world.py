@@ -148,9 +148,26 @@ def _spec(robot: "Robot", scene: Scene, tray: Tray | None, visual: bool) -> Any:
         if geom.name.startswith(PREFIX):
             geom.contype = geom.conaffinity = LOOSE_MASK
             geom.rgba = [0.55, 0.58, 0.62, 1.0]
+    if visual:
+        _light(spec)
     if tray is not None:
         add_tray(spec, *frame_of(spec, robot.tool), tray, mujoco.mjtGeom)
     return spec
+
+
+def _light(spec: Any) -> None:
+    """A white room: MuJoCo's is black, and dark."""
+    spec.add_texture(
+        name="room",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[1, 1, 1],
+        rgb2=[0.86, 0.88, 0.9],
+        width=64,
+        height=384,
+    )
+    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    spec.visual.headlight.diffuse = [0.5, 0.5, 0.5]
 
 
 def _set_options(model: Any, step: float) -> None:

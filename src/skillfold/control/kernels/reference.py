@@ -13,8 +13,8 @@ from skillfold.jit import njit
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-GROWTH = 1.25  # of a splice that breaks the limits
-TRIES = 14
+GROWTH = 1.4  # of the time of a splice that breaks the limits
+STILL = 1e-9  # velocity of a reference at rest
 
 
 @njit
@@ -65,45 +65,84 @@ def excess(state: Array, velocity: Array, acceleration: Array) -> float:
 
 
 @njit
-def mix(knots: Array, step: float, state: Array, duration: float, k: int, work: Array, out: Array) -> None:
-    """Knot k (3, D) of what leads from a state (3, D) to the reference within `duration`; work (3, D)."""
-    u = k * step / duration
-    T = duration
+def mix(
+    knots: Array, step: float, state: Array, duration: float, delay: int, k: int, work: Array, out: Array
+) -> None:
+    """Knot k (3, D) of what leads from a state (3, D) to the reference within `duration`; work (3, D).
+
+    The reference begins after `delay` knots; before, it rests where it begins.
+    """
+    T, u = duration, min(k * step / duration, 1.0)
     w = u * u * u * (10.0 + u * (6.0 * u - 15.0))
     dw = 30.0 * u * u * (1.0 - u) * (1.0 - u) / T
     ddw = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (T * T)
-    brake(state, duration, k * step, work)
+    brake(state, duration, u * T, work)
+    late, moving = max(k - delay, 0), 1.0 if k >= delay else 0.0
     for c in range(state.shape[1]):
-        gap, slip = knots[k, 0, c] - work[0, c], knots[k, 1, c] - work[1, c]
+        gap, slip = knots[late, 0, c] - work[0, c], moving * knots[late, 1, c] - work[1, c]
+        bend = moving * knots[late, 2, c] - work[2, c]
         out[0, c] = work[0, c] + w * gap
         out[1, c] = work[1, c] + w * slip + dw * gap
-        out[2, c] = work[2, c] + w * (knots[k, 2, c] - work[2, c]) + 2.0 * dw * slip + ddw * gap
+        out[2, c] = work[2, c] + w * bend + 2.0 * dw * slip + ddw * gap
+
+
+@njit
+def worst(
+    knots: Array,
+    step: float,
+    state: Array,
+    duration: float,
+    delay: int,
+    velocity: Array,
+    acceleration: Array,
+    work: Array,
+) -> float:
+    """Largest share of the limits (D,) that a splice takes; work (2, 3, D)."""
+    found = 0.0
+    for k in range(1, math.ceil(duration / step)):
+        mix(knots, step, state, duration, delay, k, work[0], work[1])
+        found = max(found, excess(work[1], velocity, acceleration))
+    return found
 
 
 @njit
 def splice(
-    knots: Array, step: float, state: Array, shortest: float, velocity: Array, acceleration: Array, work: Array
-) -> float:
+    knots: Array,
+    step: float,
+    state: Array,
+    shortest: float,
+    spare: int,
+    velocity: Array,
+    acceleration: Array,
+    work: Array,
+) -> tuple[float, int]:
     """Lead from a state (3, D) over to a reference (changed in place) with weights that are smooth in time.
 
-    Takes `shortest` seconds, or as many as keep the limits (D,): what the ends ask for is a bound that none could
-    keep. All knots but the last must be free to change. Work (2, 3, D). Returns the seconds taken.
+    Takes `shortest` seconds, or as many as keep the limits (D,); if that does not help, a reference that begins at
+    rest begins later. Of all that break a limit, the one that does so least. Work (2, 3, D); the last `spare` knots
+    may be lost to a delay. Returns the seconds taken, and the knots by which the reference begins later.
     """
-    longest = (knots.shape[0] - 1) * step
-    duration, best, least = min(shortest, longest), min(shortest, longest), math.inf
-    for _ in range(TRIES):
-        worst = 0.0
-        for k in range(1, math.ceil(duration / step)):
-            mix(knots, step, state, duration, k, work[0], work[1])
-            worst = max(worst, excess(work[1], velocity, acceleration))
-        if worst < 0.999 * least:
-            best, least = duration, worst
-        if worst <= 1.0 or duration >= longest:
-            break
-        duration = min(GROWTH * duration, longest)
-    for k in range(math.ceil(best / step)):
-        mix(knots, step, state, best, k, work[0], work[1])
+    speed = 0.0
+    for c in range(velocity.size):
+        speed = max(speed, abs(knots[0, 1, c]))
+    longest = max(spare * step, shortest)
+    duration, best, delay, least = shortest, shortest, 0, math.inf
+    while least > 1.0 and duration <= longest:
+        for late in range(3):
+            wait = int(0.5 * late * duration / step) if speed < STILL else 0
+            share = worst(knots, step, state, duration, wait, velocity, acceleration, work)
+            if share < 0.999 * least:
+                best, delay, least = duration, wait, share
+            if least <= 1.0 or wait == 0 and late > 0:
+                break
+        duration *= GROWTH
+    count = math.ceil(best / step)
+    for k in range(knots.shape[0] - 1, -1, -1):  # from the last on: what is read was not written yet
+        source = knots[k - delay]
+        if k < count:
+            mix(knots, step, state, best, delay, k, work[0], work[1])
+            source = work[1]
         for i in range(3):
             for c in range(velocity.size):
-                knots[k, i, c] = work[1, i, c]
-    return best
+                knots[k, i, c] = source[i, c]
+    return best, delay

@@ -21,7 +21,7 @@ CENTRE, KEPT = 12, 13  # (D,), (D, E) from states to inner coordinates
 NUMBERS = 14  # precision of the field, scale of inner coordinates, longest step of a projection
 KNOTS = 15  # (3 n, D) of the reference
 Q, QD = 16, 17  # (D,) the sample
-GOOD, LAST = 18, 19  # (D,) the last usable one, the last one of all
+GOOD, LAST, SEEN = 18, 19, 38  # (D,) the last one that was used, the last of all, the last believed
 REFERENCE = 20  # (3, D) position, velocity, acceleration that it asks for
 FOOT = 21  # (D,) of the last usable sample
 ACCELERATION, TORQUE = 22, 23  # (D,) the answer
@@ -33,7 +33,7 @@ FUNCTIONS = 33  # addresses of inverse dynamics and clearance; 0 is none
 DYNAMICS, OBSTACLES = 34, 35  # their arguments
 NOTHING = 36  # (0,)
 WORK = 37  # (8, D)
-SLOTS = 38
+SLOTS = 39
 
 # What is remembered.
 PHASE, RATE, SLOPE, BRAKE = 0, 1, 2, 3  # of the reference: phase [s], its rate, how that changes, how fast it may
@@ -57,27 +57,30 @@ clearance_at = function_at(0.0, _row, _row, _table)
 
 @njit
 def usable(t: Indices, elapsed: float) -> bool:
-    """Whether the sample can be where the robot is: finite, and near the last usable one.
+    """Whether the sample can be where the robot is: finite, and near the last one that was believed.
 
     Samples that agree with each other long enough are believed though they are far off.
     """
-    q, qd, good, last = vector(t, Q), vector(t, QD), vector(t, GOOD), vector(t, LAST)
+    q, qd, seen, last = vector(t, Q), vector(t, QD), vector(t, SEEN), vector(t, LAST)
     reference, turning, memory = matrix(t, REFERENCE), vector(t, TURNING), vector(t, MEMORY)
     near, steady, total = True, True, 0.0
     for c in range(q.size):
         if turning[c] > 0.0:
             q[c] -= 2.0 * math.pi * np.round((q[c] - reference[0, c]) / (2.0 * math.pi))
         leap = memory[LEAP] + 2.0 * abs(qd[c]) * elapsed
-        near &= abs(q[c] - good[c]) <= leap
+        near &= abs(q[c] - seen[c]) <= leap
         steady &= abs(q[c] - last[c]) <= leap
         total += abs(q[c]) if abs(qd[c]) < memory[FASTEST] else math.inf
     if not total < LARGE:
         memory[STRANGE] = 0.0
         return False
+    memory[STRANGE] = memory[STRANGE] + 1.0 if steady and not near else 0.0
+    believed = near or memory[STRANGE] > PATIENCE
     for c in range(q.size):
         last[c] = q[c]
-    memory[STRANGE] = memory[STRANGE] + 1.0 if steady and not near else 0.0
-    return near or memory[STRANGE] > PATIENCE
+        if believed:
+            seen[c] = q[c]
+    return believed
 
 
 @njit
