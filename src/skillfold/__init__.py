@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from skillfold.control.pushes import Push as Push
     from skillfold.control.reactive import ReactiveController as ReactiveController
     from skillfold.control.rollout import Rollout as Rollout
+    from skillfold.control.settings import Gains as Gains
     from skillfold.control.simulate import simulate as simulate
     from skillfold.demonstrations import Demonstration as Demonstration
     from skillfold.demonstrations import Demonstrations as Demonstrations
@@ -38,6 +39,7 @@ _HOME = {
     "Cylinder": "skillfold.robots.shapes",
     "Demonstration": "skillfold.demonstrations",
     "Demonstrations": "skillfold.demonstrations",
+    "Gains": "skillfold.control.settings",
     "Mesh": "skillfold.robots.shapes",
     "Motion": "skillfold.robots.shapes",
     "Path": "skillfold.motion",

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import skillfold as sf
 from control.loops import STEP, pulse, run
-from skillfold.control.reactive import Gains
+from skillfold.control.settings import Gains
 from skillfold.errors import InputError
 from skillfold.motion import Path
 
@@ -201,16 +201,17 @@ def test_where_there_is_no_way_it_stops_before_the_obstacle(make, plan):
     assert np.linalg.norm(trace.velocities[-1]) < 1e-3 and controller.replans == 0
     assert controller.reason == "No way."
     controller.update(None)  # and goes on once it is gone
-    q = trace.states[-1]
+    q, qd = trace.states[-1], np.zeros(3)
     for i in range(3000, 6000):
-        command = controller.command(i * STEP, q, command.reference[1] if i > 3000 else 0 * q)
-        q = command.reference[0]
+        command = controller.command(i * STEP, q, qd)
+        q, qd = command.reference[:2]
     assert np.linalg.norm(q - controller.goal) < 1e-2
 
 
 def test_moving_obstacles_are_followed(make, plan, planar):
     tool = planar.forward(plan.path.states[30])[:3]
-    away = sf.Motion([0.0, 0.1, 0.3], [tool + [0, 0, 2.0], tool + [0, 0, 2.0], tool])
+    high = tool + np.array([0.0, 0.0, 2.0])
+    away = sf.Motion([0.0, 0.1, 0.3], [high, high, tool])
     ball = sf.Sphere(center=tool, radius=0.04, motion=away)
     asked = []
 

@@ -48,8 +48,9 @@ def test_obstacles_are_real_and_contacts_are_told(skill, plan, planar):
 
 
 def test_moving_obstacles_move(skill, plan, planar):
-    far = planar.forward(plan.path.states[0])[:3] + [0.0, 0.0, 0.5]
-    ball = sf.Sphere(center=far, radius=0.05, motion=sf.Motion([0.0, 1.0], [far, far + [0, 0, 1.0]]))
+    up = np.array([0.0, 0.0, 0.5])
+    far = planar.forward(plan.path.states[0])[:3] + up
+    ball = sf.Sphere(center=far, radius=0.05, motion=sf.Motion([0.0, 1.0], [far, far + 2 * up]))
     rollout = sf.simulate(
         planar, sf.ReactiveController(skill, plan, robot=planar, latency=0.03), [ball], duration=0.5
     )
@@ -69,7 +70,7 @@ def test_tumblers_stand_on_a_tray_held_level_and_fall_off_one_that_tips():
     )
     assert held.standing == 3 and held.tilts.max() < 0.05
     assert held.tumblers.shape[1:] == (3, 7)
-    over = level + [0, 0, 0, 0, 0, 1.2, 0]
+    over = level + 1.2 * np.eye(7)[5]
     tipped = sf.simulate(
         robot,
         JointTracker(

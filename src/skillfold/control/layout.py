@@ -1,37 +1,16 @@
 """What the controller's step is given: a skill, gains, limits, dynamics and obstacles, laid out in one table."""
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from skillfold.clearance import Compiled
 from skillfold.control.kernels import step as at
+from skillfold.control.settings import Bounds
 from skillfold.control.timing import Reference
 from skillfold.manifold.model import Model
 from skillfold.motion import Array
 from skillfold.tables import ENTRY, Table, table_of
-
-
-@dataclass(frozen=True)
-class Bounds:
-    """What a controller keeps, each (D,), infinite where there is no limit.
-
-    Attributes:
-        lower, upper: of positions.
-        velocity, acceleration: of the reference, and of what it is held with.
-        torque: of the robot.
-    """
-
-    lower: Array
-    upper: Array
-    velocity: Array
-    acceleration: Array
-    torque: Array
-
-    def slower(self, pace: float) -> "Bounds":
-        """The same for motions at that share of the speed."""
-        return replace(self, velocity=pace * self.velocity, acceleration=pace**2 * self.acceleration)
 
 
 def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turning: Array) -> Table:

@@ -1,23 +1,23 @@
 """`ReactiveController`: holds a robot to its skill, brings it back when pushed, plans anew (sections IV-C, IV-D)."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from skillfold.control import layout
+from skillfold.control.commands import Command
 from skillfold.control.kernels import step as at
 from skillfold.control.kernels.reference import splice
-from skillfold.control.layout import Bounds
 from skillfold.control.replanning import Inline, Planner, Question, Renewal, Worker, planner_of, timed
-from skillfold.errors import InputError
+from skillfold.control.settings import Bounds, Gains, check, turning
+from skillfold.control.timing import Reference
 from skillfold.motion import Array, Plan
 
 if TYPE_CHECKING:
     from skillfold.clearance import Clearance
     from skillfold.robots.robot import Robot
 
-MODES = ("tracking", "returning", "replanned", "holding")
 NOMINAL = 1e-3  # seconds between samples where their times tell nothing
 GAP = 0.05  # seconds between samples that are too many
 LATENCY = 0.03  # seconds that a plan is expected to take
@@ -26,52 +26,6 @@ AGAIN = 0.2  # seconds until a plan is asked for again
 PATIENCE = 0.4  # seconds off the manifold until a plan is asked for all the same
 LOOK_AHEAD, STOP, SLOW = 1.5, 0.1, 0.5  # seconds of phase: how far to look, room to keep, room to slow down in
 FOLLOW = 0.01  # seconds between looks at where moving obstacles are
-RATE = 12.0  # 1/s, fastest change of the reference's rate
-
-
-class Gains(NamedTuple):
-    """How hard the controller holds (section IV-D); pushes along the manifold are harmless, off it they cost.
-
-    Attributes:
-        along: ω² [1/s²] toward the reference along the manifold.
-        along_damping: ζ of that.
-        off: ω² [1/s²] toward the manifold, on it.
-        off_damping: ζ of that.
-        stiffening: times `off` that it grows to with the distance from the manifold.
-        reach: distance at which it has; None is a tenth of the demonstrations' radius.
-        hold: ω [1/s] toward the last good state where there are no samples to go by.
-    """
-
-    along: float = 100.0
-    along_damping: float = 4.0
-    off: float = 1600.0
-    off_damping: float = 1.0
-    stiffening: float = 2.0
-    reach: float | None = None
-    hold: float = 10.0
-
-
-class Command(NamedTuple):
-    """What the robot shall do now.
-
-    Attributes:
-        torque: (D,) [N m, N]; None where the controller knows no robot.
-        mode: "tracking" the plan; "returning" from a push; "replanned", on a later plan; "holding" still, for want
-            of good samples.
-        acceleration: (D,), what the torque is for.
-        reference: (3, D) position, velocity, acceleration that is followed.
-        distance: from the manifold.
-        deviation: from the reference along the manifold.
-        clearance: from obstacles; infinite without any.
-    """
-
-    torque: Array | None
-    mode: str
-    acceleration: Array
-    reference: Array
-    distance: float
-    deviation: float
-    clearance: float
 
 
 class ReactiveController:
@@ -127,14 +81,12 @@ class ReactiveController:
             InputError: a plan without success, a robot of other joints, coordinates that do not subtract.
         """
         model = skill.model
-        _check(skill, plan, robot)
+        check(skill, plan, robot)
         self.goal: Array = plan.path.states[-1].copy()
         self.mode, self.replans, self.reason = "tracking", 0, plan.reason
-        gains = gains or Gains()
-        self._bounds = bounds = _bounds(skill, robot)
-        turning = np.array([float(kind == "continuous") for kind in (robot or skill).space.kinds])
-        self._gains = np.array([*_numbers(gains, model.scale), gains.hold])
-        self._table = layout.table_for(model, bounds, float(reaction), self._gains, turning)
+        self._bounds = Bounds.of(skill, robot)
+        numbers = (gains or Gains()).numbers(model.scale)
+        self._table = layout.table_for(model, self._bounds, float(reaction), numbers, turning(skill, robot))
         self._memory, self._entries = self._table.arrays[at.MEMORY], self._table.entries
         self._sample = self._table.arrays[at.Q], self._table.arrays[at.QD]
         self._answer = self._table.arrays[at.ACCELERATION], self._table.arrays[at.TORQUE]
@@ -154,8 +106,8 @@ class ReactiveController:
         self.reference, memory[at.KEEP] = timed(plan.path.states, still, self._obstacles, self._bounds, duration)
         layout.put_reference(self._table, self.reference)
         self._unhurried = self._bounds.slower(self.reference.pace)
-        memory[at.BRAKE] = _brake(self._bounds)
-        memory[at.HORIZON], memory[at.LEAP], memory[at.FASTEST] = LOOK_AHEAD, 0.2, _fastest(self._bounds.velocity)
+        memory[at.BRAKE] = self._bounds.brake
+        memory[at.HORIZON], memory[at.LEAP], memory[at.FASTEST] = LOOK_AHEAD, 0.2, self._bounds.fastest
         for slot in (at.GOOD, at.LAST, at.SEEN, at.FOOT):
             self._table.arrays[slot][:] = plan.path.states[0]
         self._wanted[0] = plan.path.states[0]
@@ -163,7 +115,9 @@ class ReactiveController:
         if robot is not None:
             self._dynamics = robot.dynamics(*load).compiled()
             layout.put_dynamics(self._table, self._dynamics)
-        at.step(self._entries, 0.0, 1.0, True, False)  # compiled here, not under way
+        # Compiled here, not under way.
+        at.step(self._entries, 0.0, 1.0, True, False)
+        self._splice(self.reference, self.reference.knots.copy())
 
     @property
     def obstacles(self) -> "Clearance | None":
@@ -289,24 +243,21 @@ class ReactiveController:
         if renewal.reference is None:
             self._again = now + AGAIN
             return
-        reference, limits = renewal.reference, self._unhurried
-        spare = len(reference.knots) - 1 - round(reference.duration / reference.step)
-        _, delay = splice(
-            reference.knots,
-            reference.step,
-            self._wanted,
-            SPLICE,
-            spare,
-            limits.velocity,
-            limits.acceleration,
-            self._work,
-        )
-        self.reference = replace(reference, duration=reference.duration + delay * reference.step)
+        delay = self._splice(renewal.reference, renewal.reference.knots)
+        self.reference = replace(renewal.reference, duration=renewal.reference.duration + delay)
         layout.put_reference(self._table, self.reference)
         self._memory[at.KEEP] = renewal.keep
         self.replans += 1
         self._base = self.mode = "replanned"
         self._again = now + AGAIN
+
+    def _splice(self, reference: Reference, knots: Array) -> float:
+        """Lead over to the knots of a reference, in place; seconds by which it begins later."""
+        limits = self._unhurried
+        spare = len(knots) - 1 - round(reference.duration / reference.step)
+        speed, rise = limits.velocity, limits.acceleration
+        _, delay = splice(knots, reference.step, self._wanted, SPLICE, spare, speed, rise, self._work)
+        return delay * reference.step
 
     def _move(self, now: float) -> None:
         self._followed = now
@@ -323,51 +274,3 @@ class ReactiveController:
             self._here.place(self._compiled, now)
             return
         layout.put_obstacles(self._table, self._compiled)
-
-
-def _check(skill: Any, plan: Plan, robot: Any) -> None:
-    if not plan.success:
-        raise InputError(f"The plan was made without success: {plan.reason}")
-    if plan.path.states.shape[1] != skill.n_dims:
-        raise InputError(f"plan of {plan.path.states.shape[1]} coordinates; the skill has {skill.n_dims}.")
-    if "quaternion" in skill.space.kinds:
-        raise InputError("The skill has quaternions; expected coordinates that subtract, such as joint positions.")
-    if robot is not None and robot.dof != skill.n_dims:
-        raise InputError(f"{robot.name} has {robot.dof} joints; the skill has {skill.n_dims} coordinates.")
-
-
-def _bounds(skill: Any, robot: Any) -> Bounds:
-    infinite = np.full(skill.n_dims, np.inf)
-    lower, upper = np.array(skill.space.lower), np.array(skill.space.upper)
-    if robot is None:
-        return Bounds(lower, upper, infinite, infinite, infinite)
-    ends = robot.limits
-    return Bounds(
-        np.maximum(lower, ends.lower),
-        np.minimum(upper, ends.upper),
-        robot.velocity_limits,
-        robot.acceleration_limits,
-        robot.torque_limits,
-    )
-
-
-def _numbers(gains: Gains, scale: float) -> list[float]:
-    """Gains as the compiled law takes them."""
-    values = [*gains[:5], 0.1 * scale if gains.reach is None else gains.reach]
-    if not all(np.isfinite(value) and value > 0 for value in (*values, gains.hold)):
-        raise InputError(f"{gains}; expected positive numbers.")
-    values[1] = 2.0 * gains.along_damping * np.sqrt(gains.along)
-    return values
-
-
-def _brake(bounds: Bounds) -> float:
-    """How fast the rate of the reference may change [1/s]: braking at full speed keeps the limits."""
-    known = np.isfinite(bounds.velocity) & np.isfinite(bounds.acceleration)
-    quickest = bounds.acceleration[known] / bounds.velocity[known]
-    return min(RATE, 0.8 * float(np.e * quickest.min())) if known.any() else RATE
-
-
-def _fastest(velocity: Array) -> float:
-    """Velocity that no robot with such limits has."""
-    finite = velocity[np.isfinite(velocity)]
-    return 20.0 * float(finite.max()) if finite.size else 1e4

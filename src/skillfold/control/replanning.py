@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.control.layout import Bounds
+from skillfold.control.settings import Bounds
 from skillfold.control.timing import Reference, time_path
 from skillfold.motion import Array, Plan
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skillfold.control.reactive import Command
+from skillfold.control.commands import Command
 from skillfold.control.timing import Reference
 
 if TYPE_CHECKING:

@@ -133,7 +133,7 @@ def splice(
             share = worst(knots, step, state, duration, wait, velocity, acceleration, work)
             if share < 0.999 * least:
                 best, delay, least = duration, wait, share
-            if least <= 1.0 or wait == 0 and late > 0:
+            if least <= 1.0 or (wait == 0 and late > 0):
                 break
         duration *= GROWTH
     count = math.ceil(best / step)
