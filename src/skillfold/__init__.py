@@ -7,6 +7,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from skillfold.control.pushes import Push as Push
+    from skillfold.control.reactive import ReactiveController as ReactiveController
+    from skillfold.control.rollout import Rollout as Rollout
+    from skillfold.control.settings import Gains as Gains
+    from skillfold.control.simulate import simulate as simulate
     from skillfold.demonstrations import Demonstration as Demonstration
     from skillfold.demonstrations import Demonstrations as Demonstrations
     from skillfold.errors import SkillfoldError as SkillfoldError
@@ -24,6 +29,7 @@ if TYPE_CHECKING:
     from skillfold.robots.shapes import Motion as Motion
     from skillfold.robots.shapes import PointCloud as PointCloud
     from skillfold.robots.shapes import Sphere as Sphere
+    from skillfold.robots.tray import Tray as Tray
     from skillfold.spaces import StateSpace as StateSpace
 
 __version__ = "0.1.0"
@@ -34,19 +40,25 @@ _HOME = {
     "Cylinder": "skillfold.robots.shapes",
     "Demonstration": "skillfold.demonstrations",
     "Demonstrations": "skillfold.demonstrations",
+    "Gains": "skillfold.control.settings",
     "Mesh": "skillfold.robots.shapes",
     "Motion": "skillfold.robots.shapes",
     "Path": "skillfold.motion",
     "Plan": "skillfold.motion",
     "PointCloud": "skillfold.robots.shapes",
     "PointObstacles": "skillfold.planning.point_obstacles",
+    "Push": "skillfold.control.pushes",
+    "ReactiveController": "skillfold.control.reactive",
     "Robot": "skillfold.robots.robot",
+    "Rollout": "skillfold.control.rollout",
     "Scene": "skillfold.robots.scene",
     "SkillManifold": "skillfold.manifold.skill",
     "SkillfoldError": "skillfold.errors",
     "Sphere": "skillfold.robots.shapes",
     "StateSpace": "skillfold.spaces",
     "Trajectory": "skillfold.motion",
+    "Tray": "skillfold.robots.tray",
+    "simulate": "skillfold.control.simulate",
 }
 
 __all__ = ["__version__", *_HOME]

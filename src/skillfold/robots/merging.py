@@ -39,7 +39,7 @@ def merge(spec: Any, scene: Scene, movable: Collection[str], joints: Joints, sou
     spec = spec.copy()
     spec.memory = MEMORY
     for shape in scene:
-        _add(spec, shape, shape.name in movable)
+        add_shape(spec, shape, shape.name in movable)
     model = compiled(spec, source)
     shapes = {shape.name: model.geom(PREFIX + shape.name).id for shape in scene}
     mocaps = {
@@ -59,7 +59,8 @@ def _collides(model: Any, geom: int) -> bool:
     return bool(masks) and model.geom_type[geom] not in kinds
 
 
-def _add(spec: Any, shape: Shape, moves: bool) -> None:
+def add_shape(spec: Any, shape: Shape, moves: bool) -> None:
+    """Add an obstacle to a specification, on a body of its own where it moves."""
     pose, body = shape.placed, spec.worldbody
     if isinstance(shape, PointCloud):  # the proxy is put where it is needed
         pose = np.array(HERE)

@@ -32,3 +32,10 @@ geom_distance = types.ExternalFunction(
     "mj_geomDistance",
     types.float64(types.intp, types.intp, types.int32, types.int32, types.float64, types.intp),
 )
+# mj_comPos(model, data), then mj_comVel(model, data), after mj_kinematics: motion axes and inertias about centres of
+# mass, then velocities from data's qvel.
+com_pos = types.ExternalFunction("mj_comPos", types.void(types.intp, types.intp))
+com_vel = types.ExternalFunction("mj_comVel", types.void(types.intp, types.intp))
+# mj_rne(model, data, flag, forces), after those: the (nv,) forces at `forces` that gravity and velocities ask for,
+# and accelerations in data's qacc where the flag is 1; without armature, damping and contacts.
+newton_euler = types.ExternalFunction("mj_rne", types.void(types.intp, types.intp, types.int32, types.intp))

@@ -18,6 +18,7 @@ from skillfold.spaces import StateSpace
 from skillfold.tables import Array, Indices
 
 if TYPE_CHECKING:
+    from skillfold.robots.dynamics import Dynamics
     from skillfold.robots.obstacles import Obstacles
     from skillfold.robots.scene import Scene
 
@@ -212,6 +213,17 @@ class Robot:
         from skillfold.robots.obstacles import Obstacles
 
         return Obstacles.build(self, scene, self_collision, limits, movable, base, margin)
+
+    def dynamics(self, mass: float = 0.0, center: Any = (0.0, 0.0, 0.0)) -> "Dynamics":
+        """The torques that this robot's motion asks for, with a load fixed to its tool.
+
+        Args:
+            mass: of the load [kg].
+            center: of its mass, (3,) [m] in the tool frame.
+        """
+        from skillfold.robots.dynamics import Dynamics
+
+        return Dynamics(self, mass, center)
 
     def spec(self) -> Any:
         """MuJoCo's specification of the robot, all of it, to add things to and compile."""

@@ -1,0 +1,244 @@
+"""One step of the controller, all of it in one call: sample judged, phase, foot, law, torque, a look ahead.
+
+`t` is a table (see `tables`). What the step remembers lies in it too: one table per controller.
+"""
+
+import math
+
+import numpy as np
+
+from skillfold.control.kernels.law import across, bound, feedback, restrain
+from skillfold.control.kernels.reference import evaluate
+from skillfold.jit import function_at, njit
+from skillfold.manifold.kernels.projection import descend
+from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
+from skillfold.tables import Array, Indices, address, index_matrix, indices, matrix, reals_at, vector
+
+# The manifold: arrays of `Surface` and `Field`, those of three dimensions with the first two as one.
+POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
+CENTRES, WEIGHTS = 10, 11
+CENTRE, KEPT = 12, 13  # (D,), (D, E) from states to inner coordinates
+NUMBERS = 14  # precision of the field, scale of inner coordinates, longest step of a projection
+KNOTS = 15  # (3 n, D) of the reference
+Q, QD = 16, 17  # (D,) the sample
+GOOD, LAST, SEEN = 18, 19, 38  # (D,) the last one that was used, the last of all, the last believed
+REFERENCE = 20  # (3, D) position, velocity, acceleration that it asks for
+FOOT = 21  # (D,) of the last usable sample
+ACCELERATION, TORQUE = 22, 23  # (D,) the answer
+GAINS = 24  # of `feedback`, then ω of a hold
+VELOCITY, RISE, REACTION, LOWER, UPPER, EFFORT = range(25, 31)  # (D,) limits, all finite
+TURNING = 31  # (D,) whether full turns change nothing
+MEMORY = 32  # see below
+FUNCTIONS = 33  # addresses of inverse dynamics and clearance; 0 is none
+DYNAMICS, OBSTACLES = 34, 35  # their arguments
+NOTHING = 36  # (0,)
+WORK = 37  # (8, D)
+SLOTS = 39
+
+# What is remembered.
+PHASE, RATE, SLOPE, BRAKE = 0, 1, 2, 3  # of the reference: phase [s], its rate, how that changes, how fast it may
+STEP, DURATION = 4, 5  # seconds
+SCAN, SWEEP, BLOCKED, HORIZON, KEEP = 6, 7, 8, 9, 10  # knot next to look at; phases [s]; clearance that blocks
+CLEARANCE, DISTANCE, DEVIATION = 11, 12, 13  # of the last usable sample
+STRANGE, LEAP, FASTEST = 14, 15, 16  # samples refused in a row; what may lie between two; velocity of no robot
+CELLS = 17
+
+PATIENCE = 20.0  # samples that agree with each other are believed after all
+LOOKS = 3  # knots looked at in a step
+TOLERANCE, STEPS = 1e-7, 8.0  # of the foot, inner; it was near the last one
+LARGE = 1e9  # stands for no limit
+
+USED, HELD, STILL = 0, 1, 2  # the sample was used; it was, to hold still; it was not usable
+
+_row, _table = np.empty(0), np.empty(0, np.int64)
+inverse_at = function_at(0.0, _row, _row, _row, _table, _row)
+clearance_at = function_at(0.0, _row, _row, _table)
+
+
+@njit
+def usable(t: Indices, elapsed: float) -> bool:
+    """Whether the sample can be where the robot is: finite, and near the last one that was believed.
+
+    Samples that agree with each other long enough are believed though they are far off.
+    """
+    q, qd, seen, last = vector(t, Q), vector(t, QD), vector(t, SEEN), vector(t, LAST)
+    reference, turning, memory = matrix(t, REFERENCE), vector(t, TURNING), vector(t, MEMORY)
+    near, steady, total = True, True, 0.0
+    for c in range(q.size):
+        if turning[c] > 0.0:
+            q[c] -= 2.0 * math.pi * np.round((q[c] - reference[0, c]) / (2.0 * math.pi))
+        leap = memory[LEAP] + 2.0 * abs(qd[c]) * elapsed
+        near &= abs(q[c] - seen[c]) <= leap
+        steady &= abs(q[c] - last[c]) <= leap
+        total += abs(q[c]) if abs(qd[c]) < memory[FASTEST] else math.inf
+    if not total < LARGE:
+        memory[STRANGE] = 0.0
+        return False
+    memory[STRANGE] = memory[STRANGE] + 1.0 if steady and not near else 0.0
+    believed = near or memory[STRANGE] > PATIENCE
+    for c in range(q.size):
+        last[c] = q[c]
+        if believed:
+            seen[c] = q[c]
+    return believed
+
+
+@njit
+def advance(t: Indices, elapsed: float, target: float) -> None:
+    """Bring the rate toward `target` without a jolt, the phase on by it, and evaluate the reference."""
+    memory, reference = vector(t, MEMORY), matrix(t, REFERENCE)
+    brake = memory[BRAKE]
+    memory[SLOPE] += elapsed * brake * (brake * (target - memory[RATE]) - 2.0 * memory[SLOPE])
+    memory[RATE] = min(max(memory[RATE] + elapsed * memory[SLOPE], 0.0), 1.0)
+    memory[PHASE] += elapsed * memory[RATE]
+    rows = matrix(t, KNOTS)
+    knots = reals_at(address(t, KNOTS), (rows.shape[0] // 3, 3, rows.shape[1]))
+    evaluate(knots, memory[STEP], memory[PHASE], reference)
+    rate, slope = memory[RATE], memory[SLOPE]
+    for c in range(rows.shape[1]):
+        reference[2, c] = rate * rate * reference[2, c] + slope * reference[1, c]
+        reference[1, c] *= rate
+
+
+@njit
+def find_foot(t: Indices, q: Array, foot: Array) -> Array:
+    """Move the foot (D,) to that of q (D,), found from where it is; the tangents (d, E) there."""
+    numbers, centre, kept = vector(t, NUMBERS), vector(t, CENTRE), matrix(t, KEPT)
+    points, weights = matrix(t, POINTS), matrix(t, WEIGHTS)
+    E, M = points.shape
+    d, parents = weights.shape[0] // E, indices(t, PARENTS)
+    surface = Surface(
+        points,
+        matrix(t, ROWS),
+        reals_at(address(t, TANGENTS), (M, d, E)),
+        reals_at(address(t, BENDS), (M, E, matrix(t, BENDS).shape[1])),
+        index_matrix(t, NEIGHBOURS),
+        vector(t, REACHES),
+        vector(t, RADII),
+        parents,
+        indices(t, FACTORS),
+        indices(t, DEGREES),
+    )
+    field = Field(matrix(t, CENTRES), numbers[0], reals_at(address(t, WEIGHTS), (d, E, weights.shape[1])))
+    scratch = make_scratch(surface, field, 1)
+    state, point = np.zeros((1, E)), np.zeros((1, E))
+    for c in range(q.size):
+        for e in range(E):
+            state[0, e] += (q[c] - centre[c]) * kept[c, e] / numbers[1]
+            point[0, e] += (foot[c] - centre[c]) * kept[c, e] / numbers[1]
+    descend(surface, field, np.inf, np.inf, numbers[2], state, point, TOLERANCE, STEPS, scratch)
+    for c in range(q.size):
+        foot[c] = q[c]
+        for e in range(E):
+            foot[c] += numbers[1] * kept[c, e] * (point[0, e] - state[0, e])
+    return scratch.bases[0]
+
+
+@njit
+def track(t: Indices) -> None:
+    """Acceleration toward the reference along the manifold, and toward the foot off it."""
+    q, qd, foot, reference = vector(t, Q), vector(t, QD), vector(t, FOOT), matrix(t, REFERENCE)
+    memory, work, kept, out = vector(t, MEMORY), matrix(t, WORK), matrix(t, KEPT), vector(t, ACCELERATION)
+    basis = find_foot(t, q, foot)
+    off, along, off_speed, along_speed, rest = work[0], work[1], work[2], work[3], work[4]
+    for c in range(q.size):
+        off[c], along[c] = q[c] - foot[c], foot[c] - reference[0, c]
+        along_speed[c] = qd[c] - reference[1, c]
+    inner = work[5][: kept.shape[1]]
+    across(kept, basis, along, inner, rest)
+    across(kept, basis, qd, inner, off_speed)
+    distance, deviation = 0.0, 0.0
+    for c in range(q.size):
+        along[c] -= rest[c]
+        distance += off[c] ** 2
+        deviation += along[c] ** 2
+    across(kept, basis, along_speed, inner, rest)
+    for c in range(q.size):
+        along_speed[c] -= rest[c]
+    memory[DISTANCE], memory[DEVIATION] = math.sqrt(distance), math.sqrt(deviation)
+    feedback(vector(t, GAINS), off, along, off_speed, along_speed, out)
+    bound(out, vector(t, REACTION))
+    for c in range(q.size):
+        out[c] += reference[2, c]
+
+
+@njit
+def look(t: Indices) -> None:
+    """Clearance of the sample, and of a few knots ahead; the phase of the first that is blocked."""
+    memory, nothing, arguments = vector(t, MEMORY), vector(t, NOTHING), indices(t, OBSTACLES)
+    rows, clearance = matrix(t, KNOTS), clearance_at(indices(t, FUNCTIONS)[1])
+    memory[CLEARANCE] = clearance(vector(t, GOOD), nothing, arguments)
+    step, end = memory[STEP], min(memory[PHASE] + memory[HORIZON], memory[DURATION] + memory[STEP])
+    first, k = int(memory[PHASE] / step) + 1, int(memory[SCAN])
+    for _ in range(LOOKS):
+        k = max(k, first)
+        if k * step > end:
+            memory[BLOCKED], memory[SWEEP] = memory[SWEEP], math.inf
+            k = first
+        if clearance(rows[3 * min(k, rows.shape[0] // 3 - 1)], nothing, arguments) < memory[KEEP]:
+            memory[SWEEP] = min(memory[SWEEP], k * step)
+            memory[BLOCKED] = min(memory[BLOCKED], k * step)
+        k += 1
+    memory[SCAN] = k
+
+
+@njit
+def respond(t: Indices) -> None:
+    """Bound the acceleration, and answer it with a torque (D,) within its limits; NaN without dynamics."""
+    q, qd, out, torque = vector(t, Q), vector(t, QD), vector(t, ACCELERATION), vector(t, TORQUE)
+    effort, where = vector(t, EFFORT), indices(t, FUNCTIONS)[0]
+    restrain(
+        q, qd, vector(t, LOWER), vector(t, UPPER), vector(t, VELOCITY), vector(t, RISE), vector(t, REACTION), out
+    )
+    if where == 0:
+        torque[:] = math.nan
+        return
+    inverse = inverse_at(where)
+    inverse(q, qd, out, indices(t, DYNAMICS), torque)
+    for c in range(q.size):
+        torque[c] = min(max(torque[c], -effort[c]), effort[c])
+
+
+@njit
+def hold_still(t: Indices, known: bool) -> None:
+    """Acceleration back to the last good state, damped; none where not even the state is known."""
+    q, qd, good, out = vector(t, Q), vector(t, QD), vector(t, GOOD), vector(t, ACCELERATION)
+    stiff = vector(t, GAINS)[6]
+    for c in range(q.size):
+        if not known:
+            q[c], qd[c] = good[c], 0.0
+        out[c] = -stiff * (stiff * (q[c] - good[c]) + 2.0 * qd[c])
+    bound(out, vector(t, RISE))
+
+
+@njit
+def step(t: Indices, elapsed: float, target: float, hold: bool, given: bool) -> int:
+    """One step; returns USED, HELD or STILL. The answer lies in ACCELERATION and TORQUE.
+
+    Args:
+        t: table.
+        elapsed: seconds since the last step.
+        target: rate that the phase should go on at.
+        hold: whether to hold still whatever the sample.
+        given: whether there is a sample at all.
+    """
+    q, good, foot, reference = vector(t, Q), vector(t, GOOD), vector(t, FOOT), matrix(t, REFERENCE)
+    known = given and usable(t, elapsed)
+    if hold or not known:
+        advance(t, elapsed, 0.0)
+        hold_still(t, known)
+        respond(t)
+        return HELD if known else STILL
+    moved = 0.0
+    for c in range(q.size):
+        moved = max(moved, abs(q[c] - good[c]))
+        good[c] = q[c]
+    advance(t, elapsed, target)
+    if moved > vector(t, MEMORY)[LEAP]:  # taken elsewhere: the last foot says nothing
+        for c in range(q.size):
+            foot[c] = reference[0, c]
+    track(t)
+    respond(t)
+    if indices(t, FUNCTIONS)[1] != 0:
+        look(t)
+    return USED

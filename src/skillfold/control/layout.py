@@ -1,0 +1,92 @@
+"""What the controller's step is given: a skill, gains, limits, dynamics and obstacles, laid out in one table."""
+
+from typing import Any
+
+import numpy as np
+
+from skillfold.clearance import Compiled
+from skillfold.control.kernels import step as at
+from skillfold.control.settings import Bounds
+from skillfold.control.timing import Reference
+from skillfold.manifold.model import Model
+from skillfold.motion import Array
+from skillfold.tables import ENTRY, Table, table_of
+
+
+def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turning: Array) -> Table:
+    """Table without reference, dynamics and obstacles."""
+    surface, field = model.surface, model.field
+    D = model.n_dims
+    memory = np.zeros(at.CELLS)
+    memory[[at.BLOCKED, at.SWEEP]] = np.inf
+    rows = {
+        slot: np.zeros(D) for slot in (at.Q, at.QD, at.GOOD, at.LAST, at.SEEN, at.FOOT, at.ACCELERATION, at.TORQUE)
+    }
+    slots = rows | {
+        at.POINTS: surface.points,
+        at.ROWS: surface.rows,
+        at.TANGENTS: surface.tangents.reshape(-1, surface.tangents.shape[2]),
+        at.BENDS: surface.bends.reshape(-1, surface.bends.shape[2]),
+        at.NEIGHBOURS: surface.neighbours,
+        at.REACHES: surface.reaches,
+        at.RADII: surface.radii,
+        at.PARENTS: surface.parents,
+        at.FACTORS: surface.factors,
+        at.DEGREES: surface.degrees,
+        at.CENTRES: field.centres,
+        at.WEIGHTS: field.weights.reshape(-1, field.weights.shape[2]),
+        at.CENTRE: model.centre,
+        at.KEPT: model.kept,
+        at.NUMBERS: np.array([field.precision, model.scale, model.trust.cap]),
+        at.REFERENCE: np.zeros((3, D)),
+        at.GAINS: gains,
+        at.VELOCITY: _finite(bounds.velocity),
+        at.RISE: _finite(bounds.acceleration),
+        at.REACTION: _finite(reaction * bounds.acceleration),
+        at.LOWER: _finite(bounds.lower),
+        at.UPPER: _finite(bounds.upper),
+        at.EFFORT: _finite(bounds.torque),
+        at.TURNING: turning,
+        at.MEMORY: memory,
+        at.FUNCTIONS: np.zeros(2, np.int64),
+        at.DYNAMICS: np.zeros(0, np.int64),
+        at.OBSTACLES: np.zeros(0, np.int64),
+        at.NOTHING: np.zeros(0),
+        at.WORK: np.zeros((8, D)),
+    }
+    return table_of(slots, at.SLOTS)
+
+
+def put(table: Table, slot: int, array: Any) -> None:
+    """Replace an array of a table; whoever calls keeps the array."""
+    rows, columns = array.shape if array.ndim == 2 else (1, array.size)
+    table.entries[ENTRY * slot : ENTRY * slot + ENTRY] = array.ctypes.data, rows, columns
+
+
+def put_reference(table: Table, reference: Reference) -> None:
+    """A reference to follow from its start on."""
+    memory = table.arrays[at.MEMORY]
+    put(table, at.KNOTS, reference.knots.reshape(-1, reference.knots.shape[2]))
+    memory[[at.PHASE, at.SLOPE, at.SCAN]] = 0.0
+    memory[[at.STEP, at.DURATION, at.RATE]] = reference.step, reference.duration, 1.0
+    memory[[at.SWEEP, at.BLOCKED]] = np.inf
+
+
+def put_obstacles(table: Table, compiled: Compiled | None) -> None:
+    """Obstacles to look out for; whoever calls keeps them."""
+    arguments = table.arrays[at.NOTHING] if compiled is None else compiled.arguments
+    put(table, at.OBSTACLES, arguments)
+    table.arrays[at.FUNCTIONS][1] = 0 if compiled is None else compiled.clearance.address
+    table.arrays[at.MEMORY][[at.SWEEP, at.BLOCKED, at.CLEARANCE]] = np.inf
+    table.arrays[at.MEMORY][at.SCAN] = 0.0
+
+
+def put_dynamics(table: Table, compiled: Any) -> None:
+    """Dynamics to answer with; whoever calls keeps them."""
+    put(table, at.DYNAMICS, compiled.arguments)
+    table.arrays[at.FUNCTIONS][0] = compiled.inverse.address
+
+
+def _finite(limits: Array) -> Array:
+    """Limits with a large number for none."""
+    return np.clip(np.asarray(limits, np.float64), -at.LARGE, at.LARGE)

@@ -1,0 +1,276 @@
+"""`ReactiveController`: holds a robot to its skill, brings it back when pushed, plans anew (sections IV-C, IV-D)."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skillfold.control import layout
+from skillfold.control.commands import Command
+from skillfold.control.kernels import step as at
+from skillfold.control.kernels.reference import splice
+from skillfold.control.replanning import Inline, Planner, Question, Renewal, Worker, planner_of, timed
+from skillfold.control.settings import Bounds, Gains, check, turning
+from skillfold.control.timing import Reference
+from skillfold.motion import Array, Plan
+
+if TYPE_CHECKING:
+    from skillfold.clearance import Clearance
+    from skillfold.robots.robot import Robot
+
+NOMINAL = 1e-3  # seconds between samples where their times tell nothing
+GAP = 0.05  # seconds between samples that are too many
+LATENCY = 0.03  # seconds that a plan is expected to take
+SPLICE = 0.15  # seconds, shortest, in which one reference leads over to the next
+AGAIN = 0.2  # seconds until a plan is asked for again
+PATIENCE = 0.4  # seconds off the manifold until a plan is asked for all the same
+LOOK_AHEAD, STOP, SLOW = 1.5, 0.1, 0.5  # seconds of phase: how far to look, room to keep, room to slow down in
+FOLLOW = 0.01  # seconds between looks at where moving obstacles are
+
+
+class ReactiveController:
+    """Follows a plan with feedback along and off the manifold of its own; `command` at every sample.
+
+    One thread at a time. `command` does not raise, answers in bounded time with finite, bounded numbers, and never
+    makes a plan itself: that is for a thread of its own (or, with `latency`, counts after so many seconds).
+
+    Attributes:
+        mode: of the last command.
+        replans: plans taken up so far.
+        reason: of the last plan, in words.
+        goal: (D,) where it all ends.
+    """
+
+    def __init__(
+        self,
+        skill: Any,
+        plan: Plan,
+        *,
+        robot: "Robot | None" = None,
+        obstacles: "Clearance | None" = None,
+        duration: float | None = None,
+        gains: Gains | None = None,
+        deviation: float | None = None,
+        off: float | None = None,
+        reaction: float = 10.0,
+        latency: float | None = None,
+        planner: Planner | None = None,
+        load: tuple[float, Any] = (0.0, (0.0, 0.0, 0.0)),
+    ) -> None:
+        """Get ready to follow a plan.
+
+        Args:
+            skill: the `SkillManifold` it was made with; coordinates must be joint positions, or at least subtract.
+            plan: with success.
+            robot: whose limits are kept and whose dynamics turn accelerations into torques; None for accelerations.
+            obstacles: what to look out for, `robot.obstacles(scene)`; those with a motion are where they are at the
+                time of each sample.
+            duration: of the motion [s]; left out, about the shortest within limits.
+            gains: left out, those of `Gains`.
+            deviation: from the reference along the manifold that calls for a new plan; left out, 0.15 times the
+                demonstrations' radius.
+            off: distance from the manifold that does; left out, 0.05 of it, at least three times the skill's
+                tolerance.
+            reaction: times the limits of acceleration that feedback may use: pushes exceed them too.
+            latency: seconds of the samples' time after which a plan counts that is made at once, so that runs can be
+                repeated bit by bit; None plans in a thread.
+            planner: called with start, goal and obstacles instead of the skill's `plan`.
+            load: mass [kg] at the tool and its centre (3,) [m] in the tool frame.
+
+        Raises:
+            InputError: a plan without success, a robot of other joints, coordinates that do not subtract.
+        """
+        model = skill.model
+        check(skill, plan, robot)
+        self.goal: Array = plan.path.states[-1].copy()
+        self.mode, self.replans, self.reason = "tracking", 0, plan.reason
+        self._bounds = Bounds.of(skill, robot)
+        numbers = (gains or Gains()).numbers(model.scale)
+        self._table = layout.table_for(model, self._bounds, float(reaction), numbers, turning(skill, robot))
+        self._memory, self._entries = self._table.arrays[at.MEMORY], self._table.entries
+        self._sample = self._table.arrays[at.Q], self._table.arrays[at.QD]
+        self._answer = self._table.arrays[at.ACCELERATION], self._table.arrays[at.TORQUE]
+        self._wanted = self._table.arrays[at.REFERENCE]
+        self._deviation = 0.15 * model.scale if deviation is None else deviation
+        self._off = max(0.05 * model.scale, 3.0 * skill.tolerance) if off is None else off
+        self._planner = planner or planner_of(skill)
+        self._plans = Worker(LATENCY) if latency is None else Inline(latency)
+        self._work = np.zeros((2, 3, model.n_dims))
+        self._base, self._time, self._again, self._since, self._followed = "tracking", None, -np.inf, 0.0, -np.inf
+        self._begin(plan, duration, obstacles, robot, load)
+
+    def _begin(self, plan: Plan, duration: float | None, obstacles: Any, robot: Any, load: Any) -> None:
+        memory = self._memory
+        still = np.zeros(len(self.goal))
+        self.update(obstacles)
+        self.reference, memory[at.KEEP] = timed(plan.path.states, still, self._obstacles, self._bounds, duration)
+        layout.put_reference(self._table, self.reference)
+        self._unhurried = self._bounds.slower(self.reference.pace)
+        memory[at.BRAKE] = self._bounds.brake
+        memory[at.HORIZON], memory[at.LEAP], memory[at.FASTEST] = LOOK_AHEAD, 0.2, self._bounds.fastest
+        for slot in (at.GOOD, at.LAST, at.SEEN, at.FOOT):
+            self._table.arrays[slot][:] = plan.path.states[0]
+        self._wanted[0] = plan.path.states[0]
+        self._torque = robot is not None
+        if robot is not None:
+            self._dynamics = robot.dynamics(*load).compiled()
+            layout.put_dynamics(self._table, self._dynamics)
+        # Compiled here, not under way.
+        at.step(self._entries, 0.0, 1.0, True, False)
+        self._splice(self.reference, self.reference.knots.copy())
+
+    @property
+    def obstacles(self) -> "Clearance | None":
+        """What is looked out for; may be replaced under way."""
+        return self._obstacles
+
+    @obstacles.setter
+    def obstacles(self, obstacles: "Clearance | None") -> None:
+        self.update(obstacles)
+
+    def update(self, obstacles: "Clearance | None") -> None:
+        """Look out for other obstacles from now on."""
+        self._obstacles = obstacles
+        self._moves = hasattr(obstacles, "at") and bool(getattr(obstacles, "moves", True))
+        self._follow(None, obstacles)
+
+    def command(self, t: Any, q: Any, qd: Any) -> Command:
+        """What to do, for a sample of time t [s], positions q (D,) and velocities qd (D,).
+
+        A sample that cannot be used (of another shape, not finite, far from the last one, too long after or before
+        it) is answered by holding still.
+        """
+        elapsed, hold = self._elapsed(t)
+        given = self._read(q, qd)
+        now = self._time or 0.0
+        if self._moves and now - self._followed >= FOLLOW:
+            self._move(now)
+        renewal = self._plans.take(now)
+        if renewal is not None:
+            self._take(renewal, now)
+        status = at.step(self._entries, elapsed, self._target(), hold, given)
+        self._judge(status, now)
+        memory, (acceleration, torque) = self._memory, self._answer
+        return Command(
+            torque.copy() if self._torque else None,
+            self.mode,
+            acceleration.copy(),
+            self._wanted.copy(),
+            float(memory[at.DISTANCE]),
+            float(memory[at.DEVIATION]),
+            float(memory[at.CLEARANCE]),
+        )
+
+    def close(self) -> None:
+        """End the thread that plans, if there is one."""
+        self._plans.close()
+
+    @property
+    def done(self) -> bool:
+        """Whether the reference has come to its end."""
+        return bool(self._memory[at.PHASE] >= self._memory[at.DURATION])
+
+    def _elapsed(self, t: Any) -> tuple[float, bool]:
+        """Seconds since the last sample, and whether time does not go on as it should."""
+        try:
+            time = float(t)
+        except (TypeError, ValueError, OverflowError):
+            return NOMINAL, True
+        last = self._time
+        if not -1e12 < time < 1e12:
+            return NOMINAL, True
+        self._time = time
+        if last is None:
+            return 0.0, False
+        elapsed = time - last
+        return (elapsed, False) if 0.0 <= elapsed <= GAP else (NOMINAL, True)
+
+    def _read(self, q: Any, qd: Any) -> bool:
+        """Whether the sample has the right shape; it is looked at more closely by the step."""
+        positions, velocities = self._sample
+        try:
+            if np.shape(q) != positions.shape or np.shape(qd) != positions.shape:
+                return False
+            positions[:], velocities[:] = q, qd
+        except Exception:  # whatever was handed over: the robot must be held
+            return False
+        return True
+
+    def _target(self) -> float:
+        """Rate that the reference should go on at."""
+        if self.mode == "returning":
+            return 0.0
+        blocked = self._memory[at.BLOCKED]
+        if blocked == np.inf:
+            return 1.0
+        room = blocked - self._memory[at.PHASE] - STOP - 3.0 / self._memory[at.BRAKE]
+        return min(max(room / SLOW, 0.0), 1.0)
+
+    def _judge(self, status: int, now: float) -> None:
+        """Mode of this step; asks for a plan where one is needed."""
+        if status != at.USED:
+            self.mode = "holding"
+            return
+        distance, deviation = self._memory[at.DISTANCE], self._memory[at.DEVIATION]
+        pushed = distance > self._off or deviation > self._deviation
+        if self.mode != "returning":
+            self.mode = self._base
+            if pushed:
+                self.mode, self._since = "returning", now
+        elif distance < 0.5 * self._off and deviation < 0.5 * self._deviation:
+            self.mode = self._base
+        if self._plans.pending or now < self._again:
+            return
+        if self.mode == "returning":
+            if distance < 0.5 * self._off or now - self._since > PATIENCE:
+                self._ask(self._table.arrays[at.FOOT].copy(), now)
+        elif self._memory[at.BLOCKED] < np.inf:
+            memory = self._memory
+            ahead = memory[at.PHASE] + memory[at.RATE] * self._plans.latency
+            self._ask(self.reference.at(ahead)[0], now)
+
+    def _ask(self, start: Array, now: float) -> None:
+        obstacles = self._obstacles
+        if self._moves:
+            obstacles = obstacles.at(now)  # type: ignore[union-attr]
+        # Back from a push the new motion begins at rest, and can wait until the arm is there.
+        velocity = np.zeros(len(start)) if self.mode == "returning" else self._wanted[1].copy()
+        self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner), now)
+
+    def _take(self, renewal: Renewal, now: float) -> None:
+        """Follow a new plan, led over to smoothly."""
+        self.reason = renewal.reason
+        if renewal.reference is None:
+            self._again = now + AGAIN
+            return
+        delay = self._splice(renewal.reference, renewal.reference.knots)
+        self.reference = replace(renewal.reference, duration=renewal.reference.duration + delay)
+        layout.put_reference(self._table, self.reference)
+        self._memory[at.KEEP] = renewal.keep
+        self.replans += 1
+        self._base = self.mode = "replanned"
+        self._again = now + AGAIN
+
+    def _splice(self, reference: Reference, knots: Array) -> float:
+        """Lead over to the knots of a reference, in place; seconds by which it begins later."""
+        limits = self._unhurried
+        spare = len(knots) - 1 - round(reference.duration / reference.step)
+        speed, rise = limits.velocity, limits.acceleration
+        _, delay = splice(knots, reference.step, self._wanted, SPLICE, spare, speed, rise, self._work)
+        return delay * reference.step
+
+    def _move(self, now: float) -> None:
+        self._followed = now
+        self._follow(now, self._obstacles)
+
+    def _follow(self, now: float | None, obstacles: Any) -> None:
+        """Put moving obstacles where they are."""
+        if obstacles is None:
+            self._compiled = None
+        elif now is None or not hasattr(self._here, "place"):
+            self._here = obstacles.at(now if now is not None else self._time) if self._moves else obstacles
+            self._compiled = self._here.compiled()
+        else:
+            self._here.place(self._compiled, now)
+            return
+        layout.put_obstacles(self._table, self._compiled)

@@ -1,0 +1,138 @@
+"""New plans while the robot moves: made beside the control path, and ready when they are ready."""
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from skillfold.control.settings import Bounds
+from skillfold.control.timing import Reference, time_path
+from skillfold.motion import Array, Plan
+
+Planner = Callable[[Array, Array, Any], Plan]
+"""Called with start (D,), goal (D,) and obstacles or None."""
+
+TIGHT = 0.5  # of the clearance that a plan has, or of the margin: what comes nearer blocks it
+
+
+@dataclass(frozen=True)
+class Renewal:
+    """What came of asking for a new plan.
+
+    Attributes:
+        reference: in time; None where there is no plan.
+        keep: clearance below which it counts as blocked.
+        reason: of the plan, in words.
+    """
+
+    reference: Reference | None
+    keep: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Question:
+    """A plan that is wanted: from where, at what velocity (D,), to where, among what, within which bounds."""
+
+    start: Array
+    velocity: Array
+    goal: Array
+    obstacles: Any
+    bounds: Bounds
+    planner: Planner
+
+
+def planner_of(skill: Any) -> Planner:
+    """The skill's own geodesics."""
+
+    def plan(start: Array, goal: Array, obstacles: Any) -> Plan:
+        if obstacles is None:
+            return skill.plan(start, goal, route="geodesic")
+        return skill.plan(start, goal, obstacles=obstacles, route="geodesic")
+
+    return plan
+
+
+def renew(question: Question) -> Renewal:
+    """Plan and put it in time; whatever goes wrong is a reason."""
+    q = question
+    try:
+        plan = q.planner(q.start, q.goal, q.obstacles)
+        if not plan.success:
+            return Renewal(None, 0.0, plan.reason)
+        return Renewal(*timed(plan.path.states, q.velocity, q.obstacles, q.bounds), plan.reason)
+    except Exception as error:  # a planner of the user's may fail in any way, and the robot must go on
+        return Renewal(None, 0.0, f"{type(error).__name__}: {error}")
+
+
+def timed(
+    states: Array, velocity: Array, obstacles: Any, bounds: Bounds, duration: float | None = None
+) -> tuple[Reference, float]:
+    """A path (n, D) in time, begun with what of a velocity (D,) goes along it; the clearance that blocks it."""
+    first = states[1] - states[0] if len(states) > 1 else np.zeros_like(velocity)
+    length = float(np.linalg.norm(first))
+    speed = max(float(velocity @ first) / length, 0.0) if length > 0 else 0.0
+    reference = time_path(states, bounds.velocity, bounds.acceleration, duration, speed)
+    if obstacles is None:
+        return reference, 0.0
+    least = float(np.min(obstacles.clearance(reference.knots[: round(reference.duration / reference.step) + 1, 0])))
+    return reference, TIGHT * min(least, obstacles.margin) if least > 0 else TIGHT * obstacles.margin
+
+
+class Inline:
+    """Plans made at once that count after a fixed time: a simulation with the same seed gives the same bits."""
+
+    def __init__(self, latency: float) -> None:
+        self.latency = latency
+        self._made: tuple[float, Renewal] | None = None
+
+    @property
+    def pending(self) -> bool:
+        """Whether an answer is still to come."""
+        return self._made is not None
+
+    def ask(self, question: Question, time: float) -> None:
+        """Ask for a plan at a time [s]."""
+        self._made = time + self.latency, renew(question)
+
+    def take(self, time: float) -> Renewal | None:
+        """The answer, once it is there."""
+        if self._made is None or time < self._made[0]:
+            return None
+        renewal, self._made = self._made[1], None
+        return renewal
+
+    def close(self) -> None:
+        """Nothing is left running."""
+        self._made = None
+
+
+class Worker:
+    """Plans made in a thread of their own, one at a time."""
+
+    def __init__(self, latency: float) -> None:
+        self.latency = latency
+        self._pool = ThreadPoolExecutor(1, "skillfold replanning")
+        self._made: Future[Renewal] | None = None
+
+    @property
+    def pending(self) -> bool:
+        """Whether an answer is still to come."""
+        return self._made is not None
+
+    def ask(self, question: Question, time: float) -> None:
+        """Ask for a plan."""
+        self._made = self._pool.submit(renew, question)
+
+    def take(self, time: float) -> Renewal | None:
+        """The answer, once it is there."""
+        if self._made is None or not self._made.done():
+            return None
+        renewal, self._made = self._made.result(), None
+        return renewal
+
+    def close(self) -> None:
+        """End the thread."""
+        self._pool.shutdown(wait=False, cancel_futures=True)

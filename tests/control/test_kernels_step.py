@@ -1,0 +1,146 @@
+"""The step of the controller, part by part, against NumPy."""
+
+import numpy as np
+import pytest
+
+import skillfold as sf
+from control import twins
+from skillfold.control.kernels import step
+
+BALL = sf.Sphere(center=(0.9, 0.4, 0.0), radius=0.05)
+
+
+@pytest.fixture
+def controller(make, planar):
+    return make(obstacles=planar.obstacles([BALL]))
+
+
+@pytest.fixture
+def arrays(controller):
+    return controller._table.arrays
+
+
+@pytest.fixture
+def sample(controller, arrays, plan):
+    """A state beside the path, the phase in its middle, everything up to date."""
+    arrays[step.MEMORY][step.PHASE] = 0.4 * controller.reference.duration
+    q = controller.reference.at(arrays[step.MEMORY][step.PHASE])[0] + [0.03, -0.02, 0.01]
+    for slot in (step.Q, step.GOOD, step.LAST, step.SEEN):
+        arrays[slot][:] = q
+    arrays[step.QD][:] = [0.3, -0.2, 0.1]
+    arrays[step.FOOT][:] = q
+    step.advance(controller._entries, 0.0, 1.0)
+    return q
+
+
+def test_usable(controller, arrays, sample):
+    t, q, qd = controller._entries, arrays[step.Q], arrays[step.QD]
+    assert step.usable(t, 0.001)
+    for bad in (np.nan, np.inf, -np.inf, 1e300, sample[0] + 3.0):
+        q[0] = bad
+        assert not step.usable(t, 0.001)
+    q[0] = sample[0]
+    for bad in (np.nan, np.inf, 1e6):
+        qd[1] = bad
+        assert not step.usable(t, 0.001)
+    qd[1] = 0.0
+    assert step.usable(t, 0.001)
+
+
+def test_usable_believes_samples_that_agree(controller, arrays, sample):
+    arrays[step.Q][:] = sample + 1.0
+    answers = [step.usable(controller._entries, 0.001) for _ in range(30)]
+    assert answers == sorted(answers) and not answers[10] and answers[-1]
+
+
+def test_usable_takes_off_full_turns(controller, arrays, sample):
+    arrays[step.TURNING][1] = 1.0
+    arrays[step.Q][1] = sample[1] - 4 * np.pi
+    assert step.usable(controller._entries, 0.001)
+    assert np.allclose(arrays[step.Q], sample)
+
+
+def test_advance(controller, arrays):
+    memory, t = arrays[step.MEMORY], controller._entries
+    phase, rate, slope, brake = 0.0, 1.0, 0.0, memory[step.BRAKE]
+    for target in [1.0] * 50 + [0.0] * 150 + [0.6] * 100:
+        step.advance(t, 0.002, target)
+        slope += 0.002 * (brake**2 * (target - rate) - 2 * brake * slope)
+        rate = np.clip(rate + 0.002 * slope, 0, 1)
+        phase += 0.002 * rate
+        x, v, a = controller.reference.at(phase)
+        assert np.allclose(memory[[step.PHASE, step.RATE, step.SLOPE]], [phase, rate, slope])
+        assert np.allclose(arrays[step.REFERENCE], [x, rate * v, rate**2 * a + slope * v])
+
+
+def test_find_foot(controller, arrays, sample, skill):
+    foot = sample.copy()
+    basis = step.find_foot(controller._entries, sample, foot)
+    assert np.allclose(foot, skill.project(sample, near=sample), atol=1e-6)
+    tangents, kept = skill.tangent(foot), skill.model.kept
+    off = np.eye(3) - tangents @ tangents.T
+    assert np.allclose(twins.tangent_projector(kept, basis), off, atol=1e-5)
+
+
+def test_track(controller, arrays, sample, skill):
+    step.track(controller._entries)
+    foot, (x, v, a) = skill.project(sample, near=sample), arrays[step.REFERENCE]
+    tangents = skill.tangent(foot)
+    off = np.eye(3) - tangents @ tangents.T
+    along, rest = foot - x, arrays[step.QD] - v
+    wanted = twins.feedback(
+        arrays[step.GAINS], sample - foot, along - off @ along, off @ arrays[step.QD], rest - off @ rest
+    )
+    assert np.allclose(arrays[step.ACCELERATION], twins.bound(wanted, arrays[step.REACTION]) + a, atol=1e-3)
+    memory = arrays[step.MEMORY]
+    assert memory[step.DISTANCE] == pytest.approx(np.linalg.norm(sample - foot), abs=1e-6)
+    assert memory[step.DEVIATION] == pytest.approx(np.linalg.norm(along - off @ along), abs=1e-6)
+
+
+def test_look(controller, arrays, sample, planar):
+    obstacles, memory = planar.obstacles([BALL]), arrays[step.MEMORY]
+    path = controller.reference.knots[:, 0]
+    clearances = obstacles.clearance(path)
+    first = int(memory[step.PHASE] / controller.reference.step) + 1
+    last = int(controller.reference.duration / controller.reference.step) + 1
+    ahead = clearances[first : last + 1]
+    memory[step.KEEP] = np.sort(ahead)[len(ahead) // 2]
+    for _ in range(len(ahead)):
+        step.look(controller._entries)
+    wanted = (first + int(np.argmax(ahead < memory[step.KEEP]))) * controller.reference.step
+    assert memory[step.BLOCKED] == pytest.approx(wanted)
+    assert memory[step.CLEARANCE] == pytest.approx(obstacles.clearance(sample))
+    memory[step.KEEP] = -1.0
+    for _ in range(2 * len(ahead)):
+        step.look(controller._entries)
+    assert memory[step.BLOCKED] == np.inf
+
+
+def test_respond(controller, arrays, sample, planar):
+    arrays[step.ACCELERATION][:] = wanted = np.array([3.0, -4.0, 50.0])
+    step.respond(controller._entries)
+    limits = (arrays[slot] for slot in (step.LOWER, step.UPPER, step.VELOCITY, step.RISE, step.REACTION))
+    bounded = twins.restrain(sample, arrays[step.QD], *limits, wanted)
+    torque = planar.dynamics().torque(sample, arrays[step.QD], bounded)
+    assert np.allclose(arrays[step.ACCELERATION], bounded)
+    assert np.allclose(arrays[step.TORQUE], np.clip(torque, -planar.torque_limits, planar.torque_limits))
+
+
+def test_hold_still(controller, arrays, sample):
+    t, gain = controller._entries, arrays[step.GAINS][6]
+    arrays[step.GOOD][:] = sample - 0.01
+    step.hold_still(t, True)
+    wanted = -gain * (gain * 0.01 + 2 * arrays[step.QD])
+    assert np.allclose(arrays[step.ACCELERATION], twins.bound(wanted, arrays[step.RISE]))
+    step.hold_still(t, False)
+    assert np.array_equal(arrays[step.Q], arrays[step.GOOD]) and not arrays[step.ACCELERATION].any()
+
+
+def test_step_says_what_it_did(controller, arrays, sample):
+    t = controller._entries
+    assert step.step(t, 0.001, 1.0, False, True) == step.USED
+    assert step.step(t, 0.001, 1.0, True, True) == step.HELD
+    assert step.step(t, 0.001, 1.0, False, False) == step.STILL
+    arrays[step.Q][0] = np.nan
+    assert step.step(t, 0.001, 1.0, False, True) == step.STILL
+    assert np.isfinite(arrays[step.TORQUE]).all()
