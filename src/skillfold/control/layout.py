@@ -39,6 +39,7 @@ def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turni
         at.KEPT: model.kept,
         at.NUMBERS: np.array([field.precision, model.scale, model.trust.cap]),
         at.REFERENCE: np.zeros((3, D)),
+        at.BASIS: np.zeros(field.weights.shape[:2]),
         at.GAINS: gains,
         at.VELOCITY: _finite(bounds.velocity),
         at.RISE: _finite(bounds.acceleration),

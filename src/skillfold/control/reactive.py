@@ -108,7 +108,7 @@ class ReactiveController:
         self._unhurried = self._bounds.slower(self.reference.pace)
         memory[at.BRAKE] = self._bounds.brake
         memory[at.HORIZON], memory[at.LEAP], memory[at.FASTEST] = LOOK_AHEAD, 0.2, self._bounds.fastest
-        for slot in (at.GOOD, at.LAST, at.SEEN, at.FOOT):
+        for slot in (at.Q, at.GOOD, at.LAST, at.SEEN, at.FOOT):
             self._table.arrays[slot][:] = plan.path.states[0]
         self._wanted[0] = plan.path.states[0]
         self._torque = robot is not None
@@ -116,7 +116,8 @@ class ReactiveController:
             self._dynamics = robot.dynamics(*load).compiled()
             layout.put_dynamics(self._table, self._dynamics)
         # Compiled here, not under way.
-        at.step(self._entries, 0.0, 1.0, True, False)
+        at.find_foot(self._entries)
+        at.answer(self._entries, 0.0, 1.0, at.sort(self._entries, 0.0, True, False))
         self._splice(self.reference, self.reference.knots.copy())
 
     @property
@@ -148,8 +149,11 @@ class ReactiveController:
         renewal = self._plans.take(now)
         if renewal is not None:
             self._take(renewal, now)
-        status = at.step(self._entries, elapsed, self._target(), hold, given)
-        self._judge(status, now)
+        kind = at.sort(self._entries, elapsed, hold, given)
+        if kind == at.USED:
+            at.find_foot(self._entries)
+        at.answer(self._entries, elapsed, self._target(), kind)
+        self._judge(kind, now)
         memory, (acceleration, torque) = self._memory, self._answer
         return Command(
             torque.copy() if self._torque else None,
@@ -206,9 +210,9 @@ class ReactiveController:
         room = blocked - self._memory[at.PHASE] - STOP - 3.0 / self._memory[at.BRAKE]
         return min(max(room / SLOW, 0.0), 1.0)
 
-    def _judge(self, status: int, now: float) -> None:
+    def _judge(self, kind: int, now: float) -> None:
         """Mode of this step; asks for a plan where one is needed."""
-        if status != at.USED:
+        if kind != at.USED:
             self.mode = "holding"
             return
         distance, deviation = self._memory[at.DISTANCE], self._memory[at.DEVIATION]
