@@ -96,7 +96,8 @@ class ReactiveController:
         self._planner = planner or planner_of(skill)
         self._plans = Worker(LATENCY) if latency is None else Inline(latency)
         self._work = np.zeros((2, 3, model.n_dims))
-        self._base, self._time, self._again, self._since, self._followed = "tracking", None, -np.inf, 0.0, -np.inf
+        self._base, self._time, self._since = "tracking", None, 0.0
+        self._again = self._followed = self._led = -np.inf  # seconds
         self._begin(plan, duration, obstacles, robot, load)
 
     def _begin(self, plan: Plan, duration: float | None, obstacles: Any, robot: Any, load: Any) -> None:
@@ -216,7 +217,8 @@ class ReactiveController:
             self.mode = "holding"
             return
         distance, deviation = self._memory[at.DISTANCE], self._memory[at.DEVIATION]
-        pushed = distance > self._off or deviation > self._deviation
+        # While the reference is led over to a new path that begins at the arm, it is the reference that is away.
+        pushed = distance > self._off or (deviation > self._deviation and now > self._led)
         if self.mode != "returning":
             self.mode = self._base
             if pushed:
@@ -247,7 +249,8 @@ class ReactiveController:
         if renewal.reference is None:
             self._again = now + AGAIN
             return
-        delay = self._splice(renewal.reference, renewal.reference.knots)
+        taken, delay = self._splice(renewal.reference, renewal.reference.knots)
+        self._led = now + taken
         self.reference = replace(renewal.reference, duration=renewal.reference.duration + delay)
         layout.put_reference(self._table, self.reference)
         self._memory[at.KEEP] = renewal.keep
@@ -255,13 +258,13 @@ class ReactiveController:
         self._base = self.mode = "replanned"
         self._again = now + AGAIN
 
-    def _splice(self, reference: Reference, knots: Array) -> float:
-        """Lead over to the knots of a reference, in place; seconds by which it begins later."""
+    def _splice(self, reference: Reference, knots: Array) -> tuple[float, float]:
+        """Lead over to the knots of a reference, in place; seconds that takes, and by which it begins later."""
         limits = self._unhurried
         spare = len(knots) - 1 - round(reference.duration / reference.step)
         speed, rise = limits.velocity, limits.acceleration
-        _, delay = splice(knots, reference.step, self._wanted, SPLICE, spare, speed, rise, self._work)
-        return delay * reference.step
+        taken, delay = splice(knots, reference.step, self._wanted, SPLICE, spare, speed, rise, self._work)
+        return taken, delay * reference.step
 
     def _move(self, now: float) -> None:
         self._followed = now
