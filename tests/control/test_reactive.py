@@ -127,6 +127,29 @@ def test_a_plan_that_fails_is_asked_for_again(make, plan, skill):
     assert np.linalg.norm(trace.states[-1] - controller.goal) < 2e-2
 
 
+def test_planners_and_obstacles_that_fail_do_not_stop_it(make, plan):
+    def planner(start, goal, obstacles):
+        return replace(plan, path=Path(np.zeros((3, 2))))
+
+    class Fading(Wall):
+        def at(self, time):
+            if time:
+                raise RuntimeError("gone")
+            return self
+
+    controller = make(planner=planner, obstacles=Fading(plan.path.states[30], 0.12))
+    trace = run(controller, plan.path.states[0], 1.5)
+    assert np.isfinite([command.torque for command in trace.commands]).all()
+    assert controller.reason == "The planner's path has 2 coordinates."
+
+
+def test_closed_it_goes_on_without_new_plans(make, plan):
+    controller = make(latency=None, reaction=2.0)
+    controller.close()
+    trace = run(controller, plan.path.states[0], 1.0, PUSH)
+    assert controller.replans == 0 and "returning" in trace.modes
+
+
 class Wall:
     """Obstacles in the space of states: a ball."""
 

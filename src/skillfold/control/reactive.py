@@ -1,5 +1,6 @@
 """`ReactiveController`: holds a robot to its skill, brings it back when pushed, plans anew (sections IV-C, IV-D)."""
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -192,11 +193,12 @@ class ReactiveController:
 
     def _read(self, q: Any, qd: Any) -> bool:
         """Whether the sample has the right shape; it is looked at more closely by the step."""
-        positions, velocities = self._sample
         try:
-            if np.shape(q) != positions.shape or np.shape(qd) != positions.shape:
-                return False
-            positions[:], velocities[:] = q, qd
+            for given, own in zip((q, qd), self._sample, strict=True):
+                array = np.asarray(given)
+                if array.shape != own.shape or array.dtype.kind not in "iuf":
+                    return False
+                own[:] = array
         except Exception:  # whatever was handed over: the robot must be held
             return False
         return True
@@ -236,9 +238,10 @@ class ReactiveController:
             self._ask(self.reference.at(ahead)[0], now)
 
     def _ask(self, start: Array, now: float) -> None:
-        obstacles = self._obstacles
+        obstacles: Any = self._obstacles
         if self._moves:
-            obstacles = obstacles.at(now)  # type: ignore[union-attr]
+            with suppress(Exception):
+                obstacles = obstacles.at(now)
         # Back from a push the new motion begins at rest, and can wait until the arm is there.
         velocity = np.zeros(len(start)) if self.mode == "returning" else self._wanted[1].copy()
         self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner), now)
@@ -268,7 +271,8 @@ class ReactiveController:
 
     def _move(self, now: float) -> None:
         self._followed = now
-        self._follow(now, self._obstacles)
+        with suppress(Exception):  # obstacles of the user's may fail in any way, and then are where they were
+            self._follow(now, self._obstacles)
 
     def _follow(self, now: float | None, obstacles: Any) -> None:
         """Put moving obstacles where they are."""
