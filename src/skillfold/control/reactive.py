@@ -97,7 +97,8 @@ class ReactiveController:
         self._planner = planner or planner_of(skill)
         self._plans = Worker(LATENCY) if latency is None else Inline(latency)
         self._work = np.zeros((2, 3, model.n_dims))
-        self._base, self._time, self._since = "tracking", None, 0.0
+        # The clock goes on whatever the samples' times say.
+        self._base, self._time, self._clock, self._since = "tracking", None, 0.0, 0.0
         self._again = self._followed = self._led = -np.inf  # seconds
         self._begin(plan, duration, obstacles, robot, load)
 
@@ -135,7 +136,8 @@ class ReactiveController:
         """Look out for other obstacles from now on."""
         self._obstacles = obstacles
         self._moves = hasattr(obstacles, "at") and bool(getattr(obstacles, "moves", True))
-        self._follow(None, obstacles)
+        self._follow(self._time, obstacles)
+        layout.look_anew(self._table)
 
     def command(self, t: Any, q: Any, qd: Any) -> Command:
         """What to do, for a sample of time t [s], positions q (D,) and velocities qd (D,).
@@ -145,7 +147,7 @@ class ReactiveController:
         """
         elapsed, hold = self._elapsed(t)
         given = self._read(q, qd)
-        now = self._time or 0.0
+        self._clock = now = self._clock + elapsed
         if self._moves and now - self._followed >= FOLLOW:
             self._move(now)
         renewal = self._plans.take(now)
@@ -180,7 +182,7 @@ class ReactiveController:
         """Seconds since the last sample, and whether time does not go on as it should."""
         try:
             time = float(t)
-        except (TypeError, ValueError, OverflowError):
+        except Exception:  # whatever was handed over
             return NOMINAL, True
         last = self._time
         if not -1e12 < time < 1e12:
@@ -241,7 +243,7 @@ class ReactiveController:
         obstacles: Any = self._obstacles
         if self._moves:
             with suppress(Exception):
-                obstacles = obstacles.at(now)
+                obstacles = obstacles.at(self._time)
         # Back from a push the new motion begins at rest, and can wait until the arm is there.
         velocity = np.zeros(len(start)) if self.mode == "returning" else self._wanted[1].copy()
         self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner), now)
@@ -271,17 +273,14 @@ class ReactiveController:
 
     def _move(self, now: float) -> None:
         self._followed = now
-        with suppress(Exception):  # obstacles of the user's may fail in any way, and then are where they were
-            self._follow(now, self._obstacles)
-
-    def _follow(self, now: float | None, obstacles: Any) -> None:
-        """Put moving obstacles where they are."""
-        if obstacles is None:
-            self._compiled = None
-        elif now is None or not hasattr(self._here, "place"):
-            self._here = obstacles.at(now if now is not None else self._time) if self._moves else obstacles
-            self._compiled = self._here.compiled()
-        else:
-            self._here.place(self._compiled, now)
+        if hasattr(self._here, "place"):
+            self._here.place(self._compiled, self._time or 0.0)
             return
+        with suppress(Exception):  # obstacles of the user's may fail in any way, and then are where they were
+            self._follow(self._time, self._obstacles)
+
+    def _follow(self, time: float | None, obstacles: Any) -> None:
+        """Put moving obstacles where they are at a time [s]."""
+        self._here = obstacles.at(time) if self._moves else obstacles
+        self._compiled = None if obstacles is None else self._here.compiled()
         layout.put_obstacles(self._table, self._compiled)
