@@ -12,17 +12,10 @@ from threadpoolctl import threadpool_limits
 from skillfold import archive
 from skillfold.clearance import Clearance
 from skillfold.demonstrations import Demonstrations
+from skillfold.manifold import inputs
 from skillfold.manifold.answering import answer, read_plan
 from skillfold.manifold.fitting import Options, fit_model
-from skillfold.manifold.inputs import (
-    MANY,
-    amount,
-    choice,
-    read_states,
-    seed_of,
-    together,
-    whole,
-)
+from skillfold.manifold.inputs import MANY, amount, choice, read_states, seed_of, together, whole
 from skillfold.manifold.model import Model
 from skillfold.manifold.projection import OnManifold, project_anchored, projected, tangents
 from skillfold.manifold.route import Route
