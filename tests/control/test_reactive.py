@@ -171,7 +171,7 @@ def compiled_ball(wall):
 
     row = np.empty(0)
     arguments = np.round(1e9 * np.append(wall.ball, wall.radius)).astype(np.int64)
-    return Compiled(pointer(clearance, 0.0, row, row, arguments), None, None, arguments, 1, wall)
+    return Compiled(pointer(clearance, 0.0, row, row, arguments), None, None, arguments, 1, False, wall)
 
 
 def around(skill, wall):

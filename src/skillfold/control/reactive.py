@@ -95,7 +95,7 @@ class ReactiveController:
         self._wanted = self._table.arrays[at.REFERENCE]
         self._deviation = 0.15 * model.scale if deviation is None else deviation
         self._off = max(0.05 * model.scale, 3.0 * skill.tolerance) if off is None else off
-        self._planner = planner or planner_of(skill)
+        self._skill, self._planner = skill, planner
         self._plans = Worker(LATENCY) if latency is None else Inline(latency)
         self._work = np.zeros((2, 3, model.n_dims))
         # The clock goes on whatever the samples' times say.
@@ -247,11 +247,12 @@ class ReactiveController:
         if self._moves:
             with suppress(Exception):
                 obstacles = obstacles.at(self._time)
-        velocity, rest = self._wanted[1].copy(), None
-        if self._away:  # the new motion begins at rest, and can wait until the arm is there
-            done, whole = (int(self._memory[slot] / self.reference.step) for slot in (at.PHASE, at.DURATION))
-            velocity, rest = np.zeros(len(start)), self.reference.knots[min(done, whole) : whole + 2, 0].copy()
-        self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner, rest), now)
+        done, whole = (int(self._memory[slot] / self.reference.step) for slot in (at.PHASE, at.DURATION))
+        rest = self.reference.knots[min(done, whole) : whole + 2, 0].copy()
+        # Back from a push the new motion begins at rest, and can wait until the arm is there.
+        velocity = np.zeros(len(start)) if self._away else self._wanted[1].copy()
+        planner, back = self._planner or planner_of(self._skill, rest), rest if self._away else None
+        self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, planner, back), now)
 
     def _take(self, renewal: Renewal, now: float) -> None:
         """Follow a new plan, led over to smoothly."""

@@ -56,13 +56,13 @@ class Question:
     rest: Array | None = None
 
 
-def planner_of(skill: Any) -> Planner:
-    """The skill's own geodesics."""
+def planner_of(skill: Any, near: Array) -> Planner:
+    """The skill's own geodesics; among obstacles the path so far (n, D) is bent first."""
 
     def plan(start: Array, goal: Array, obstacles: Any) -> Plan:
         if obstacles is None:
             return skill.plan(start, goal, route="geodesic")
-        return skill.plan(start, goal, obstacles=obstacles, route="geodesic")
+        return skill.plan(start, goal, obstacles=obstacles, route="geodesic", near=near)
 
     return plan
 
