@@ -11,7 +11,17 @@ from time import perf_counter
 from typing import Any
 
 from skillfold.errors import InputError
-from skillfold.experiments import drawing, large, projection, reaching, recordings, table_one, timing, upright
+from skillfold.experiments import (
+    drawing,
+    large,
+    projection,
+    reaching,
+    reacting,
+    recordings,
+    table_one,
+    timing,
+    upright,
+)
 from skillfold.experiments.rows import Progress, Row, Settings
 
 Experiment = Callable[[Settings], list[Row]]
@@ -21,7 +31,7 @@ GROUPS: dict[str, tuple[Experiment, ...]] = {
     "sets": (projection.measure,),
     "upright": (upright.measure,),
     "noise": (reaching.measure_noise, projection.measure_noise),
-    "control": (table_one.measure,),
+    "control": (table_one.measure, reacting.measure),
     "recordings": (recordings.measure, drawing.measure),
     "large": (large.measure,),
     "speed": (timing.measure,),
