@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import Any
 
 from skillfold.errors import InputError
-from skillfold.experiments import drawing, large, projection, reaching, recordings, table_one, timing, upright
+from skillfold.experiments import around, drawing, large, projection, reaching, recordings, table_one, timing, upright
 from skillfold.experiments.rows import Progress, Row, Settings
 
 Experiment = Callable[[Settings], list[Row]]
@@ -21,12 +21,13 @@ GROUPS: dict[str, tuple[Experiment, ...]] = {
     "sets": (projection.measure,),
     "upright": (upright.measure,),
     "noise": (reaching.measure_noise, projection.measure_noise),
+    "around": (around.measure,),
     "control": (table_one.measure,),
     "recordings": (recordings.measure, drawing.measure),
     "large": (large.measure,),
     "speed": (timing.measure,),
 }
-PACKAGES = ("skillfold", "numpy", "scipy", "scikit-learn", "numba", "gmr")
+PACKAGES = ("skillfold", "numpy", "scipy", "scikit-learn", "numba", "mujoco", "gmr", "ompl")
 
 
 @dataclass(frozen=True)
