@@ -256,7 +256,7 @@ def test_help_and_version(capsys):
     assert run(capsys, "--version") == (0, f"skillfold {skillfold.__version__}\n", "")
     code, text, _ = run(capsys)
     assert code == 0 and "radians" in text and "seconds" in text
-    for command in ("fit", "info", "plan", "project", "demo", "bench"):
+    for command in ("fit", "info", "plan", "project", "simulate", "demo", "bench"):
         assert run(capsys, command, "--help")[0] == 0
         assert command in text
 

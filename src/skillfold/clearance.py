@@ -24,6 +24,7 @@ class Compiled(NamedTuple):
             an end is not finite.
         arguments: int64 array, for one thread.
         capacity: how many distances `within` can find at most.
+        exact: whether an edge costs no more than a state: then there is no use in looking at states first.
         owner: what the arguments point to.
     """
 
@@ -32,6 +33,7 @@ class Compiled(NamedTuple):
     edge: Any
     arguments: Indices
     capacity: int
+    exact: bool
     owner: Any
 
 

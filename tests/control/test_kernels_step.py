@@ -74,8 +74,8 @@ def test_advance(controller, arrays):
 
 
 def test_find_foot(controller, arrays, sample, skill):
-    foot = sample.copy()
-    basis = step.find_foot(controller._entries, sample, foot)
+    step.find_foot(controller._entries)
+    foot, basis = arrays[step.FOOT], arrays[step.BASIS]
     assert np.allclose(foot, skill.project(sample, near=sample), atol=1e-6)
     tangents, kept = skill.tangent(foot), skill.model.kept
     off = np.eye(3) - tangents @ tangents.T
@@ -83,6 +83,7 @@ def test_find_foot(controller, arrays, sample, skill):
 
 
 def test_track(controller, arrays, sample, skill):
+    step.find_foot(controller._entries)
     step.track(controller._entries)
     foot, (x, v, a) = skill.project(sample, near=sample), arrays[step.REFERENCE]
     tangents = skill.tangent(foot)
@@ -136,11 +137,42 @@ def test_hold_still(controller, arrays, sample):
     assert np.array_equal(arrays[step.Q], arrays[step.GOOD]) and not arrays[step.ACCELERATION].any()
 
 
-def test_step_says_what_it_did(controller, arrays, sample):
+def test_sort(controller, arrays, sample):
     t = controller._entries
-    assert step.step(t, 0.001, 1.0, False, True) == step.USED
-    assert step.step(t, 0.001, 1.0, True, True) == step.HELD
-    assert step.step(t, 0.001, 1.0, False, False) == step.STILL
+    arrays[step.GOOD][:] = sample + 0.1
+    assert step.sort(t, 0.001, False, True) == step.USED
+    assert np.array_equal(arrays[step.GOOD], sample)
+    assert step.sort(t, 0.001, True, True) == step.HELD
+    assert step.sort(t, 0.001, False, False) == step.STILL
     arrays[step.Q][0] = np.nan
-    assert step.step(t, 0.001, 1.0, False, True) == step.STILL
+    assert step.sort(t, 0.001, False, True) == step.STILL
+    assert np.array_equal(arrays[step.GOOD], sample)
+
+
+def test_sort_looks_for_the_foot_from_the_reference_after_a_leap(controller, arrays, sample):
+    arrays[step.GOOD][:] = sample + 1.0
+    assert step.sort(controller._entries, 0.001, False, True) == step.USED
+    assert np.array_equal(arrays[step.FOOT], arrays[step.REFERENCE][0])
+
+
+@pytest.mark.parametrize("kind", [step.USED, step.HELD, step.STILL])
+def test_answer(controller, arrays, sample, kind):
+    """As its parts one after the other."""
+    t, kept = controller._entries, [slot for slot, array in arrays.items() if array.dtype == float]
+    before = {slot: arrays[slot].copy() for slot in kept}
+    step.find_foot(t)
+    step.answer(t, 0.002, 0.7, kind)
+    after = {slot: arrays[slot].copy() for slot in kept}
+    for slot in kept:
+        arrays[slot][...] = before[slot]
+    step.find_foot(t)
+    step.advance(t, 0.002, 0.7 if kind == step.USED else 0.0)
+    if kind == step.USED:
+        step.track(t)
+    else:
+        step.hold_still(t, kind == step.HELD)
+    step.respond(t)
+    if kind == step.USED:
+        step.look(t)
+    assert all(np.array_equal(arrays[slot], after[slot]) for slot in kept)
     assert np.isfinite(arrays[step.TORQUE]).all()

@@ -127,6 +127,29 @@ def test_a_plan_that_fails_is_asked_for_again(make, plan, skill):
     assert np.linalg.norm(trace.states[-1] - controller.goal) < 2e-2
 
 
+def test_planners_and_obstacles_that_fail_do_not_stop_it(make, plan):
+    def planner(start, goal, obstacles):
+        return replace(plan, path=Path(np.zeros((3, 2))))
+
+    class Fading(Wall):
+        def at(self, time):
+            if time:
+                raise RuntimeError("gone")
+            return self
+
+    controller = make(planner=planner, obstacles=Fading(plan.path.states[30], 0.12))
+    trace = run(controller, plan.path.states[0], 1.5)
+    assert np.isfinite([command.torque for command in trace.commands]).all()
+    assert controller.reason == "The planner's path has 2 coordinates."
+
+
+def test_closed_it_goes_on_without_new_plans(make, plan):
+    controller = make(latency=None, reaction=2.0)
+    controller.close()
+    trace = run(controller, plan.path.states[0], 1.0, PUSH)
+    assert controller.replans == 0 and "returning" in trace.modes
+
+
 class Wall:
     """Obstacles in the space of states: a ball."""
 
@@ -206,6 +229,20 @@ def test_where_there_is_no_way_it_stops_before_the_obstacle(make, plan):
         command = controller.command(i * STEP, q, qd)
         q, qd = command.reference[:2]
     assert np.linalg.norm(q - controller.goal) < 1e-2
+
+
+def test_obstacles_that_know_nothing_but_a_time_are_followed(make, plan):
+    class Coming(Wall):
+        def at(self, time):
+            return Wall(self.ball + [0.0, 0.0, 5.0 if not time or time < 0.1 else 0.0], self.radius)
+
+    def planner(start, goal, obstacles):
+        return replace(plan, success=False, reason="No way.")
+
+    wall = Coming(plan.path.states[30], 0.12)
+    trace = run(make(obstacles=wall, planner=planner, duration=2.0), plan.path.states[0], 2.5)
+    assert trace.commands[50].clearance > 3.0
+    assert wall.clearance(trace.states).min() > 0.0 and np.linalg.norm(trace.velocities[-1]) < 1e-3
 
 
 def test_moving_obstacles_are_followed(make, plan, planar):
@@ -299,6 +336,17 @@ def test_bad_samples_hold_and_good_ones_go_on(make, plan, spoil):
         assert modes[300] == "holding"
     assert modes[299] == "tracking" and "holding" not in modes[360:]
     assert np.linalg.norm(q - controller.goal) < 1e-2
+
+
+def test_it_plans_anew_though_time_was_set_back(make, plan):
+    controller = make(reaction=2.0)
+    q, qd = plan.path.states[0].copy(), np.zeros(3)
+    for i in range(4000):
+        t = 1000.0 + i * STEP if i < 250 else i * STEP
+        command = controller.command(t, q, qd)
+        qd = qd + STEP * (command.acceleration + PUSH(i * STEP))
+        q = q + STEP * qd
+    assert controller.replans >= 1 and np.linalg.norm(q - controller.goal) < 1e-2
 
 
 def test_held_long_the_arm_rests(make, plan, planar):

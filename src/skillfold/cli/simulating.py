@@ -57,7 +57,7 @@ class Simulate:
     def run(self) -> int:
         """Plan, simulate, write, report."""
         pushes, chosen = [push(text) for text in self.push], seed(self.seed)
-        out, video = self.out and files.writable(self.out), self.video and _video(self.video)
+        out, video = self.out and _table(self.out), self.video and _video(self.video)
         rollout = self._rollout(pushes, chosen)
         if rollout is None:
             return 1
@@ -131,6 +131,13 @@ def push(text: str) -> "Push":
     except ValueError:
         raise wanted from None
     return Push(time=time, body=int(link) if link.isdecimal() else link, force=force, duration=duration)
+
+
+def _table(path: Path) -> Path:
+    """The path, if a run can be written there: better told before the work than after."""
+    if path.suffix.lower() not in (".npz", ".csv"):
+        raise InputError(f"--out {path}: ends in {path.suffix or 'nothing'}; possible: .npz, .csv.")
+    return files.writable(path)
 
 
 def _video(path: Path) -> Path:

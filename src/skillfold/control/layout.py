@@ -39,6 +39,7 @@ def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turni
         at.KEPT: model.kept,
         at.NUMBERS: np.array([field.precision, model.scale, model.trust.cap]),
         at.REFERENCE: np.zeros((3, D)),
+        at.BASIS: np.zeros(field.weights.shape[:2]),
         at.GAINS: gains,
         at.VELOCITY: _finite(bounds.velocity),
         at.RISE: _finite(bounds.acceleration),
@@ -77,6 +78,10 @@ def put_obstacles(table: Table, compiled: Compiled | None) -> None:
     arguments = table.arrays[at.NOTHING] if compiled is None else compiled.arguments
     put(table, at.OBSTACLES, arguments)
     table.arrays[at.FUNCTIONS][1] = 0 if compiled is None else compiled.clearance.address
+
+
+def look_anew(table: Table) -> None:
+    """Forget what was seen of obstacles so far."""
     table.arrays[at.MEMORY][[at.SWEEP, at.BLOCKED, at.CLEARANCE]] = np.inf
     table.arrays[at.MEMORY][at.SCAN] = 0.0
 

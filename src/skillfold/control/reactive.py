@@ -1,5 +1,6 @@
 """`ReactiveController`: holds a robot to its skill, brings it back when pushed, plans anew (sections IV-C, IV-D)."""
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -96,7 +97,9 @@ class ReactiveController:
         self._planner = planner or planner_of(skill)
         self._plans = Worker(LATENCY) if latency is None else Inline(latency)
         self._work = np.zeros((2, 3, model.n_dims))
-        self._base, self._time, self._again, self._since, self._followed = "tracking", None, -np.inf, 0.0, -np.inf
+        # The clock goes on whatever the samples' times say.
+        self._base, self._time, self._clock, self._since = "tracking", None, 0.0, 0.0
+        self._again = self._followed = self._led = -np.inf  # seconds
         self._begin(plan, duration, obstacles, robot, load)
 
     def _begin(self, plan: Plan, duration: float | None, obstacles: Any, robot: Any, load: Any) -> None:
@@ -108,7 +111,7 @@ class ReactiveController:
         self._unhurried = self._bounds.slower(self.reference.pace)
         memory[at.BRAKE] = self._bounds.brake
         memory[at.HORIZON], memory[at.LEAP], memory[at.FASTEST] = LOOK_AHEAD, 0.2, self._bounds.fastest
-        for slot in (at.GOOD, at.LAST, at.SEEN, at.FOOT):
+        for slot in (at.Q, at.GOOD, at.LAST, at.SEEN, at.FOOT):
             self._table.arrays[slot][:] = plan.path.states[0]
         self._wanted[0] = plan.path.states[0]
         self._torque = robot is not None
@@ -116,7 +119,8 @@ class ReactiveController:
             self._dynamics = robot.dynamics(*load).compiled()
             layout.put_dynamics(self._table, self._dynamics)
         # Compiled here, not under way.
-        at.step(self._entries, 0.0, 1.0, True, False)
+        at.find_foot(self._entries)
+        at.answer(self._entries, 0.0, 1.0, at.sort(self._entries, 0.0, True, False))
         self._splice(self.reference, self.reference.knots.copy())
 
     @property
@@ -132,7 +136,8 @@ class ReactiveController:
         """Look out for other obstacles from now on."""
         self._obstacles = obstacles
         self._moves = hasattr(obstacles, "at") and bool(getattr(obstacles, "moves", True))
-        self._follow(None, obstacles)
+        self._follow(self._time, obstacles)
+        layout.look_anew(self._table)
 
     def command(self, t: Any, q: Any, qd: Any) -> Command:
         """What to do, for a sample of time t [s], positions q (D,) and velocities qd (D,).
@@ -142,14 +147,17 @@ class ReactiveController:
         """
         elapsed, hold = self._elapsed(t)
         given = self._read(q, qd)
-        now = self._time or 0.0
+        self._clock = now = self._clock + elapsed
         if self._moves and now - self._followed >= FOLLOW:
             self._move(now)
         renewal = self._plans.take(now)
         if renewal is not None:
             self._take(renewal, now)
-        status = at.step(self._entries, elapsed, self._target(), hold, given)
-        self._judge(status, now)
+        kind = at.sort(self._entries, elapsed, hold, given)
+        if kind == at.USED:
+            at.find_foot(self._entries)
+        at.answer(self._entries, elapsed, self._target(), kind)
+        self._judge(kind, now)
         memory, (acceleration, torque) = self._memory, self._answer
         return Command(
             torque.copy() if self._torque else None,
@@ -174,7 +182,7 @@ class ReactiveController:
         """Seconds since the last sample, and whether time does not go on as it should."""
         try:
             time = float(t)
-        except (TypeError, ValueError, OverflowError):
+        except Exception:  # whatever was handed over
             return NOMINAL, True
         last = self._time
         if not -1e12 < time < 1e12:
@@ -187,11 +195,12 @@ class ReactiveController:
 
     def _read(self, q: Any, qd: Any) -> bool:
         """Whether the sample has the right shape; it is looked at more closely by the step."""
-        positions, velocities = self._sample
         try:
-            if np.shape(q) != positions.shape or np.shape(qd) != positions.shape:
-                return False
-            positions[:], velocities[:] = q, qd
+            for given, own in zip((q, qd), self._sample, strict=True):
+                array = np.asarray(given)
+                if array.shape != own.shape or array.dtype.kind not in "iuf":
+                    return False
+                own[:] = array
         except Exception:  # whatever was handed over: the robot must be held
             return False
         return True
@@ -206,13 +215,14 @@ class ReactiveController:
         room = blocked - self._memory[at.PHASE] - STOP - 3.0 / self._memory[at.BRAKE]
         return min(max(room / SLOW, 0.0), 1.0)
 
-    def _judge(self, status: int, now: float) -> None:
+    def _judge(self, kind: int, now: float) -> None:
         """Mode of this step; asks for a plan where one is needed."""
-        if status != at.USED:
+        if kind != at.USED:
             self.mode = "holding"
             return
         distance, deviation = self._memory[at.DISTANCE], self._memory[at.DEVIATION]
-        pushed = distance > self._off or deviation > self._deviation
+        # While the reference is led over to a new path that begins at the arm, it is the reference that is away.
+        pushed = distance > self._off or (deviation > self._deviation and now > self._led)
         if self.mode != "returning":
             self.mode = self._base
             if pushed:
@@ -230,9 +240,10 @@ class ReactiveController:
             self._ask(self.reference.at(ahead)[0], now)
 
     def _ask(self, start: Array, now: float) -> None:
-        obstacles = self._obstacles
+        obstacles: Any = self._obstacles
         if self._moves:
-            obstacles = obstacles.at(now)  # type: ignore[union-attr]
+            with suppress(Exception):
+                obstacles = obstacles.at(self._time)
         # Back from a push the new motion begins at rest, and can wait until the arm is there.
         velocity = np.zeros(len(start)) if self.mode == "returning" else self._wanted[1].copy()
         self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner), now)
@@ -243,7 +254,8 @@ class ReactiveController:
         if renewal.reference is None:
             self._again = now + AGAIN
             return
-        delay = self._splice(renewal.reference, renewal.reference.knots)
+        taken, delay = self._splice(renewal.reference, renewal.reference.knots)
+        self._led = now + taken
         self.reference = replace(renewal.reference, duration=renewal.reference.duration + delay)
         layout.put_reference(self._table, self.reference)
         self._memory[at.KEEP] = renewal.keep
@@ -251,26 +263,24 @@ class ReactiveController:
         self._base = self.mode = "replanned"
         self._again = now + AGAIN
 
-    def _splice(self, reference: Reference, knots: Array) -> float:
-        """Lead over to the knots of a reference, in place; seconds by which it begins later."""
+    def _splice(self, reference: Reference, knots: Array) -> tuple[float, float]:
+        """Lead over to the knots of a reference, in place; seconds that takes, and by which it begins later."""
         limits = self._unhurried
         spare = len(knots) - 1 - round(reference.duration / reference.step)
         speed, rise = limits.velocity, limits.acceleration
-        _, delay = splice(knots, reference.step, self._wanted, SPLICE, spare, speed, rise, self._work)
-        return delay * reference.step
+        taken, delay = splice(knots, reference.step, self._wanted, SPLICE, spare, speed, rise, self._work)
+        return taken, delay * reference.step
 
     def _move(self, now: float) -> None:
         self._followed = now
-        self._follow(now, self._obstacles)
-
-    def _follow(self, now: float | None, obstacles: Any) -> None:
-        """Put moving obstacles where they are."""
-        if obstacles is None:
-            self._compiled = None
-        elif now is None or not hasattr(self._here, "place"):
-            self._here = obstacles.at(now if now is not None else self._time) if self._moves else obstacles
-            self._compiled = self._here.compiled()
-        else:
-            self._here.place(self._compiled, now)
+        if hasattr(self._here, "place"):
+            self._here.place(self._compiled, self._time or 0.0)
             return
+        with suppress(Exception):  # obstacles of the user's may fail in any way, and then are where they were
+            self._follow(self._time, self._obstacles)
+
+    def _follow(self, time: float | None, obstacles: Any) -> None:
+        """Put moving obstacles where they are at a time [s]."""
+        self._here = obstacles.at(time) if self._moves else obstacles
+        self._compiled = None if obstacles is None else self._here.compiled()
         layout.put_obstacles(self._table, self._compiled)

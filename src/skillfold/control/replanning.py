@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,6 +63,8 @@ def renew(question: Question) -> Renewal:
         plan = q.planner(q.start, q.goal, q.obstacles)
         if not plan.success:
             return Renewal(None, 0.0, plan.reason)
+        if plan.path.states.shape[1] != len(q.goal):
+            return Renewal(None, 0.0, f"The planner's path has {plan.path.states.shape[1]} coordinates.")
         return Renewal(*timed(plan.path.states, q.velocity, q.obstacles, q.bounds), plan.reason)
     except Exception as error:  # a planner of the user's may fail in any way, and the robot must go on
         return Renewal(None, 0.0, f"{type(error).__name__}: {error}")
@@ -123,8 +126,9 @@ class Worker:
         return self._made is not None
 
     def ask(self, question: Question, time: float) -> None:
-        """Ask for a plan."""
-        self._made = self._pool.submit(renew, question)
+        """Ask for a plan; once closed, none is made."""
+        with suppress(RuntimeError):
+            self._made = self._pool.submit(renew, question)
 
     def take(self, time: float) -> Renewal | None:
         """The answer, once it is there."""

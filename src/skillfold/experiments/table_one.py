@@ -2,7 +2,8 @@
 
 The rows of the two systems, each beside the naive planner's figure of the same run and the paper's. How a trial goes
 stands in `pushed_motions`. Cost is the mean over the states of a motion; besides it stands the excess over the
-cheapest pose at each state's own tool position, since cost also varies along the manifold.
+cheapest pose at each state's own tool position, since cost also varies along the manifold. The paper tells neither
+how far it pushes nor the scale of its three-link cost: only the order of its figures compares.
 """
 
 from dataclasses import dataclass

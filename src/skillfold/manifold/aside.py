@@ -26,7 +26,7 @@ def aside_of(path: Array, given: Array, obstacles: Clearance) -> Array:
     centre = path.mean(0)
     scale = float(np.sqrt(((path - centre) ** 2).sum(1).mean())) or 1.0
     chart = Chart(centre, scale, np.eye(len(centre)), lower, upper)
-    barrier = Barrier(compiled.clearance, compiled.within, compiled.edge, compiled.arguments)
+    barrier = Barrier(compiled.clearance, compiled.within, compiled.edge, compiled.arguments, compiled.exact)
     fixed = np.flatnonzero((path[:, None] == given[None]).all(2).any(1))
     moved = (path - centre) / scale
     for first, last in pairwise(fixed):

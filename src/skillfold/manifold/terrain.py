@@ -55,7 +55,7 @@ class Terrain:
             np.maximum(lower, np.array(space.lower)),
             np.minimum(upper, np.array(space.upper)),
         )
-        barrier = Barrier(compiled.clearance, compiled.within, compiled.edge, compiled.arguments)
+        barrier = Barrier(compiled.clearance, compiled.within, compiled.edge, compiled.arguments, compiled.exact)
         gaps = ((model.encode(ends)[:, None] - model.anchors[None]) ** 2).sum(2).min(1)
         farthest = max((FARTHEST * model.trust.spacing) ** 2, 2.0 * float(gaps.max()))
         support = Support(farthest, DOUBT * model.trust.doubt)

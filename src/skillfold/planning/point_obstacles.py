@@ -87,7 +87,7 @@ class PointObstacles:
     def compiled(self) -> Compiled:
         """Functions for compiled loops with their arguments, for the thread that asks."""
         table = self._table()
-        return Compiled(*_functions(), table.entries, len(self.points), table)
+        return Compiled(*_functions(), table.entries, len(self.points), True, table)
 
     def _table(self) -> Table:
         found = getattr(self._local, "table", None)

@@ -13,7 +13,7 @@ from skillfold.tables import Array, Table
 
 def compiled_for(table: Table, capacity: int) -> Compiled:
     """The functions with a table of obstacles."""
-    return Compiled(*_functions(), table.entries, capacity, table)
+    return Compiled(*_functions(), table.entries, capacity, False, table)
 
 
 def _clearance(q: Array, gradient: Array, arguments: Indices) -> float:

@@ -1,6 +1,7 @@
-"""One step of the controller, all of it in one call: sample judged, phase, foot, law, torque, a look ahead.
+"""One step of the controller in three calls: `sort` the sample, `find_foot` of one that is used, `answer` it.
 
-`t` is a table (see `tables`). What the step remembers lies in it too: one table per controller.
+`t` is a table (see `tables`). What a step remembers lies in it too: one table per controller. They are three because
+each function that contains another compiles it once more, and what finds the foot is large.
 """
 
 import math
@@ -12,7 +13,7 @@ from skillfold.control.kernels.reference import evaluate
 from skillfold.jit import function_at, njit
 from skillfold.manifold.kernels.projection import descend
 from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
-from skillfold.tables import Array, Indices, address, index_matrix, indices, matrix, reals_at, vector
+from skillfold.tables import Indices, address, index_matrix, indices, matrix, reals_at, vector
 
 # The manifold: arrays of `Surface` and `Field`, those of three dimensions with the first two as one.
 POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
@@ -33,7 +34,8 @@ FUNCTIONS = 33  # addresses of inverse dynamics and clearance; 0 is none
 DYNAMICS, OBSTACLES = 34, 35  # their arguments
 NOTHING = 36  # (0,)
 WORK = 37  # (8, D)
-SLOTS = 39
+BASIS = 39  # (d, E) tangents at the foot
+SLOTS = 40
 
 # What is remembered.
 PHASE, RATE, SLOPE, BRAKE = 0, 1, 2, 3  # of the reference: phase [s], its rate, how that changes, how fast it may
@@ -48,7 +50,7 @@ LOOKS = 3  # knots looked at in a step
 TOLERANCE, STEPS = 1e-7, 8.0  # of the foot, inner; it was near the last one
 LARGE = 1e9  # stands for no limit
 
-USED, HELD, STILL = 0, 1, 2  # the sample was used; it was, to hold still; it was not usable
+USED, HELD, STILL = 0, 1, 2  # a sample is used; it is, to hold still; it is not usable
 
 _row, _table = np.empty(0), np.empty(0, np.int64)
 inverse_at = function_at(0.0, _row, _row, _row, _table, _row)
@@ -101,8 +103,9 @@ def advance(t: Indices, elapsed: float, target: float) -> None:
 
 
 @njit
-def find_foot(t: Indices, q: Array, foot: Array) -> Array:
-    """Move the foot (D,) to that of q (D,), found from where it is; the tangents (d, E) there."""
+def find_foot(t: Indices) -> None:
+    """Move the foot to that of the sample, found from where it is, and find the tangents there."""
+    q, foot, basis = vector(t, Q), vector(t, FOOT), matrix(t, BASIS)
     numbers, centre, kept = vector(t, NUMBERS), vector(t, CENTRE), matrix(t, KEPT)
     points, weights = matrix(t, POINTS), matrix(t, WEIGHTS)
     E, M = points.shape
@@ -131,7 +134,9 @@ def find_foot(t: Indices, q: Array, foot: Array) -> Array:
         foot[c] = q[c]
         for e in range(E):
             foot[c] += numbers[1] * kept[c, e] * (point[0, e] - state[0, e])
-    return scratch.bases[0]
+    for a in range(d):
+        for e in range(E):
+            basis[a, e] = scratch.bases[0, a, e]
 
 
 @njit
@@ -139,7 +144,7 @@ def track(t: Indices) -> None:
     """Acceleration toward the reference along the manifold, and toward the foot off it."""
     q, qd, foot, reference = vector(t, Q), vector(t, QD), vector(t, FOOT), matrix(t, REFERENCE)
     memory, work, kept, out = vector(t, MEMORY), matrix(t, WORK), matrix(t, KEPT), vector(t, ACCELERATION)
-    basis = find_foot(t, q, foot)
+    basis = matrix(t, BASIS)
     off, along, off_speed, along_speed, rest = work[0], work[1], work[2], work[3], work[4]
     for c in range(q.size):
         off[c], along[c] = q[c] - foot[c], foot[c] - reference[0, c]
@@ -212,33 +217,40 @@ def hold_still(t: Indices, known: bool) -> None:
 
 
 @njit
-def step(t: Indices, elapsed: float, target: float, hold: bool, given: bool) -> int:
-    """One step; returns USED, HELD or STILL. The answer lies in ACCELERATION and TORQUE.
+def sort(t: Indices, elapsed: float, hold: bool, given: bool) -> int:
+    """What a sample is good for: USED, HELD or STILL.
 
     Args:
         t: table.
         elapsed: seconds since the last step.
-        target: rate that the phase should go on at.
         hold: whether to hold still whatever the sample.
         given: whether there is a sample at all.
     """
     q, good, foot, reference = vector(t, Q), vector(t, GOOD), vector(t, FOOT), matrix(t, REFERENCE)
     known = given and usable(t, elapsed)
     if hold or not known:
-        advance(t, elapsed, 0.0)
-        hold_still(t, known)
-        respond(t)
         return HELD if known else STILL
     moved = 0.0
     for c in range(q.size):
         moved = max(moved, abs(q[c] - good[c]))
         good[c] = q[c]
-    advance(t, elapsed, target)
     if moved > vector(t, MEMORY)[LEAP]:  # taken elsewhere: the last foot says nothing
         for c in range(q.size):
             foot[c] = reference[0, c]
-    track(t)
-    respond(t)
-    if indices(t, FUNCTIONS)[1] != 0:
-        look(t)
     return USED
+
+
+@njit
+def answer(t: Indices, elapsed: float, target: float, kind: int) -> None:
+    """Answer a sample of that kind; the phase goes on at `target`, and stops while the arm is held still.
+
+    The answer lies in ACCELERATION and TORQUE.
+    """
+    advance(t, elapsed, target if kind == USED else 0.0)
+    if kind == USED:
+        track(t)
+    else:
+        hold_still(t, kind == HELD)
+    respond(t)
+    if kind == USED and indices(t, FUNCTIONS)[1] != 0:
+        look(t)

@@ -14,6 +14,7 @@ from skillfold.planning.tree import branch, nearest_node
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
+LOST = -2  # parent of a node that hangs on a blocked edge
 LOCAL = 2.5  # steps: how far nodes look that were blocked before
 
 
@@ -93,11 +94,52 @@ def connect(
         last = extend(surface, field, support, chart, barrier, states, parents, counts, other, tip, step, margin)
         if last < 0:
             last = nearest_node(states[other], counts[other], tip)
-        meets = gap(states[other, last], tip) <= step * step * (1.0 + 1e-9)
-        if meets and edge_is_clear(chart, barrier, states[other, last], tip, margin, work):
-            nodes = (newest, last) if side == 0 else (last, newest)
-            return joined(states, parents, nodes[0], nodes[1], path), turn + 1
+        if gap(states[other, last], tip) > step * step * (1.0 + 1e-9):
+            continue
+        if not edge_is_clear(chart, barrier, states[other, last], tip, margin, work):
+            stuck[other, last] = True
+            continue
+        whole = True
+        for tree in range(2):
+            node = newest if tree == side else last
+            whole = (
+                cut_blocked(chart, barrier, states[tree], parents[tree], counts[tree], node, margin, work) and whole
+            )
+        if whole:
+            left, right = (newest, last) if side == 0 else (last, newest)
+            return joined(states, parents, left, right, path), turn + 1
     return 0, len(targets)
+
+
+@inner
+def cut_blocked(
+    chart: Chart,
+    barrier: Barrier,
+    states: Array,
+    parents: Indices,
+    count: int,
+    node: int,
+    margin: float,
+    work: Array,
+) -> bool:
+    """Whether the way from a node to the root is clear; at an edge that is not, the tree loses what hangs on it.
+
+    Trees grow over states that seem clear, and only a way that joins them has its edges looked at: most never do.
+    """
+    blocked = -1
+    while parents[node] >= 0:
+        if not edge_is_clear(chart, barrier, states[parents[node]], states[node], margin, work):
+            blocked = node
+        node = parents[node]
+    if blocked < 0:
+        return True
+    # Nodes come after their parents. Those that are lost go where no target is near.
+    parents[blocked] = LOST
+    for i in range(blocked, count):
+        if parents[i] == LOST or (parents[i] >= 0 and parents[parents[i]] == LOST):
+            parents[i] = LOST
+            states[i] = np.inf
+    return False
 
 
 @inlined
@@ -180,9 +222,13 @@ def shorten(
         room = found[: j - i - 1]
         more, arrived = walk(surface, field, support, chart, barrier, path[i], path[j], step, margin, room, scratch)
         last = path[i] if more == 0 else found[more - 1]
-        if not (arrived and edge_is_clear(chart, barrier, last, path[j], margin, work)):
-            continue
-        if way(found[:more], path[i], path[j]) > 0.999 * way(path[i + 1 : j], path[i], path[j]):
+        shorter = way(found[:more], path[i], path[j]) < 0.999 * way(path[i + 1 : j], path[i], path[j])
+        clear = arrived and shorter and edge_is_clear(chart, barrier, last, path[j], margin, work)
+        for k in range(more):
+            clear = clear and edge_is_clear(
+                chart, barrier, path[i] if k == 0 else found[k - 1], found[k], margin, work
+            )
+        if not clear:
             continue
         for k in range(more):
             copy(found[k], path[i + 1 + k])
