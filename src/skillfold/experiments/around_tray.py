@@ -117,9 +117,7 @@ def answer(skill: Any, case: SceneCase) -> Answer:
 
 def judge(case: SceneCase, states: Array) -> tuple[float, Array, bool]:
     """Smallest clearance, tilts, and whether the limits are kept, along a path (n, 7)."""
-    from skillfold.robots.robot import Robot
-
-    robot = Robot.load("lwr4")
+    robot = tray.arm()
     fine = finely(states, FINE)
     lower, upper = robot.limits
     within = bool(((fine >= lower - 1e-9) & (fine <= upper + 1e-9)).all())
