@@ -120,10 +120,21 @@ def make_cases(skill: Any, kind: Kind, count: int, rng: np.random.Generator) -> 
 
 def ask(skill: Any, cases: Sequence[PatchCase], method: str = "") -> list[Answer]:
     """A plan for each case, by the library's own choice of method unless one is given."""
-    options = {"method": method} if method else {}
     for case in cases[:WARM]:
-        skill.plan(case.start, case.goal, obstacles=PointObstacles(case.points, case.reach), **options)
-    return [_answer(skill, case, options) for case in cases]
+        answer(skill, case, method)
+    return [answer(skill, case, method) for case in cases]
+
+
+def answer(skill: Any, case: PatchCase, method: str = "") -> Answer:
+    """A plan, timed, and what is true of it."""
+    options = {"method": method} if method else {}
+    obstacles = PointObstacles(case.points, case.reach)
+    begun = perf_counter()
+    plan = skill.plan(case.start, case.goal, obstacles=obstacles, **options)
+    seconds = perf_counter() - begun
+    states = finely(plan.path.states, FINE)
+    clearance = float(KDTree(case.points).query(states)[0].min()) / case.reach
+    return Answer(case, plan, seconds, clearance, rmse(plan.path.states))
 
 
 def rows(answers: dict[tuple[str, str], list[Answer]]) -> list[Row]:
@@ -142,16 +153,6 @@ def rows(answers: dict[tuple[str, str], list[Answer]]) -> list[Row]:
         if method:
             found.append(_share_row(f"V-B {kind}, {method}", mine, None, ELSEWHERE.get((method, kind), "")))
     return found
-
-
-def _answer(skill: Any, case: PatchCase, options: dict[str, str]) -> Answer:
-    obstacles = PointObstacles(case.points, case.reach)
-    begun = perf_counter()
-    plan = skill.plan(case.start, case.goal, obstacles=obstacles, **options)
-    seconds = perf_counter() - begun
-    states = finely(plan.path.states, FINE)
-    clearance = float(KDTree(case.points).query(states)[0].min()) / case.reach
-    return Answer(case, plan, seconds, clearance, rmse(plan.path.states))
 
 
 def rmse(states: Array) -> float:

@@ -82,9 +82,7 @@ def _solved_row(both: Sequence[tuple[Answer, PeerPlan]], space: str) -> Row:
         return Row(name, None, "share", None, ">=")
     ours, theirs = (float(np.mean(column)) for column in zip(*[(a.valid, p.solved) for a, p in both], strict=True))
     right = sum(p.solved and _holds(a, p) for a, p in both)
-    note = (
-        f"{len(both)} cases; of OMPL's paths {right} are valid at every {around_tray.FINE:g} rad, as ours must be"
-    )
+    note = f"{len(both)} cases; of OMPL's paths {right} are valid at every {around_tray.FINE:g} rad, as ours must be"
     return Row(name, ours, "share", theirs, ">=", "", note)
 
 
