@@ -49,7 +49,7 @@ def compare(races: Sequence[Race], space: str) -> list[Row]:
 
 
 def _race(skill: Any, case: SceneCase) -> Race:
-    """OMPL's planner for the case is made before its clock starts; ours reads the obstacles while it runs."""
+    """OMPL's planner for the case is made before its clock starts; we read the obstacles within the whole."""
     ours = around_tray.answer(skill, case)
     theirs = {}
     for space in SPACES:
@@ -96,7 +96,7 @@ def _length_row(lengths: Array, space: str) -> Row:
 
 
 def _first(answer: Answer) -> float:
-    """Seconds to our first valid path; all that we took where there is none."""
+    """Seconds to our first valid path, once ends and obstacles were read; all that we took where there is none."""
     return answer.plan.stats["seconds_to_first"] if answer.plan.success else answer.seconds
 
 
