@@ -12,6 +12,7 @@ from typing import Any
 
 from skillfold.errors import InputError
 from skillfold.experiments import (
+    around,
     drawing,
     large,
     projection,
@@ -31,12 +32,13 @@ GROUPS: dict[str, tuple[Experiment, ...]] = {
     "sets": (projection.measure,),
     "upright": (upright.measure,),
     "noise": (reaching.measure_noise, projection.measure_noise),
+    "around": (around.measure,),
     "control": (table_one.measure, reacting.measure),
     "recordings": (recordings.measure, drawing.measure),
     "large": (large.measure,),
     "speed": (timing.measure,),
 }
-PACKAGES = ("skillfold", "numpy", "scipy", "scikit-learn", "numba", "gmr")
+PACKAGES = ("skillfold", "numpy", "scipy", "scikit-learn", "numba", "mujoco", "gmr", "ompl")
 
 
 @dataclass(frozen=True)

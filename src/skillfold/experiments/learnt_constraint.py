@@ -77,7 +77,7 @@ class LearntConstraint:
 def _arrays(model: Any, codim: int) -> dict[int, Any]:
     """By slot."""
     surface, field = model.surface, model.field
-    scratch = make_scratch(surface, field, 1)
+    scratch = _room(surface, field)
     inner = model.kept.shape[1]
     flat = [part.reshape(len(part), -1) if part.ndim == 3 else part for part in surface]
     working = [part.reshape(len(part), -1) if part.ndim == 3 else part for part in scratch]
@@ -97,6 +97,12 @@ def _arrays(model: Any, codim: int) -> dict[int, Any]:
         VALUE: np.zeros(codim),
         JACOBIAN: np.zeros((codim, model.n_dims)),
     }
+
+
+@njit
+def _room(surface: Surface, field: Field) -> Scratch:
+    """For one state."""
+    return make_scratch(surface, field, 1)
 
 
 @njit

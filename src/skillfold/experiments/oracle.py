@@ -90,11 +90,7 @@ class Oracle:
 
     def _dense(self, corners: Array) -> Array | None:
         """Optimal poses along the straight lines between corners, at most about `spacing` apart."""
-        lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-        counts = np.maximum(1, np.ceil(lengths / self.spacing)).astype(int)
-        at = np.concatenate([i + np.arange(n) / n for i, n in enumerate(counts)] + [[len(counts)]])
-        line = np.column_stack([np.interp(at, np.arange(len(corners)), column) for column in corners.T])
-        states = self.truth(line)
+        states = self.truth(finely(corners, self.spacing))
         steps = np.linalg.norm(np.diff(states, axis=0), axis=1)
         return states if (steps < 5 * self.spacing).all() else None  # NaN is not below
 
@@ -102,6 +98,14 @@ class Oracle:
 def length(states: Array) -> float:
     """Of a path (n, D), rad."""
     return float(np.linalg.norm(np.diff(states, axis=0), axis=1).sum())
+
+
+def finely(states: Array, spacing: float) -> Array:
+    """States of a path (n, D) and others on the straight lines between them, at most `spacing` apart; (m, D)."""
+    lengths = np.linalg.norm(np.diff(states, axis=0), axis=1)
+    counts = np.maximum(1, np.ceil(lengths / spacing)).astype(int)
+    at = np.concatenate([i + np.arange(n) / n for i, n in enumerate(counts)] + [[len(counts)]])
+    return np.column_stack([np.interp(at, np.arange(len(states)), column) for column in states.T])
 
 
 def _walk(before: Indices, last: int) -> list[int]:

@@ -70,6 +70,15 @@ def wall_cases(count: int, reach: float, rng: np.random.Generator) -> list[Patch
     return _cases(count, reach, rng, _wall)
 
 
+def disc(centre: Array, radius: float, reach: float) -> Array:
+    """Obstacle points (n, 3): optimal poses over a disc of tool positions, dense enough for a reach."""
+    count = int(np.ceil(np.pi * (STEEP * radius / (DENSE * reach)) ** 2))
+    # A sunflower's seeds: evenly spread over the disc.
+    turns, share = np.pi * (3 - 5**0.5) * np.arange(count), np.sqrt((np.arange(count) + 0.5) / count)
+    places = centre + radius * share[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
+    return optimal(places[_reachable(places)], WEIGHTED_REACHING)
+
+
 @cache
 def oracle() -> Oracle:
     """Optimal poses over a grid of the upper half disc."""
@@ -114,12 +123,7 @@ def _case(start: Array, goal: Array, points: Array, reach: float) -> PatchCase |
 
 def _disc(rng: np.random.Generator, start: Array, goal: Array, reach: float) -> Array:
     radius = rng.uniform(*DISC_RADIUS)
-    centre = _between(rng, start, goal) + rng.uniform(-0.5, 0.5, 2) * radius
-    count = int(np.ceil(np.pi * (STEEP * radius / (DENSE * reach)) ** 2))
-    # A sunflower's seeds: evenly spread over the disc.
-    turns, share = np.pi * (3 - 5**0.5) * np.arange(count), np.sqrt((np.arange(count) + 0.5) / count)
-    places = centre + radius * share[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
-    return optimal(places[_reachable(places)], WEIGHTED_REACHING)
+    return disc(_between(rng, start, goal) + rng.uniform(-0.5, 0.5, 2) * radius, radius, reach)
 
 
 def _wall(rng: np.random.Generator, start: Array, goal: Array, reach: float) -> Array:

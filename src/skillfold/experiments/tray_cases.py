@@ -8,6 +8,7 @@ way with a tall part, and boxes besides. The planner has no part in making them.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +27,7 @@ LONGEST_EDGE, SPACING = 0.9, 0.02  # rad
 CLEAR = 0.02  # m that the known path keeps; ends keep twice that
 DEEP = 0.02  # m that the straight way runs into a box
 APART = 0.5  # m between start and goal at least
+PAIRS = 32  # of ends that are drawn at a time
 MIDDLE = (0.35, 0.65)  # of the straight way: where the box is
 BOX, BESIDE = (0.08, 0.30), (0.06, 0.20)  # edges of boxes
 LOW, TALL = (0.45, 0.60), (0.85, 1.10)  # heights of the hard wall's parts
@@ -83,11 +85,10 @@ def oracle(weight: float) -> Oracle:
 def _cases(count: int, rng: np.random.Generator, weight: float, boxes: Boxes) -> list[SceneCase]:
     cases: list[SceneCase] = []
     while len(cases) < count:
-        ends = tray.tray_poses(2, rng, weight)
-        if np.linalg.norm(np.subtract(*tray.positions(ends))) < APART:
-            continue
-        case = _case(ends[0], ends[1], rng, weight, boxes)
-        cases += [case] if case else []
+        pairs = tray.tray_poses(2 * PAIRS, rng, weight).reshape(PAIRS, 2, -1)
+        far = np.linalg.norm(np.diff(tray.positions(pairs), axis=1)[:, 0], axis=1) >= APART
+        made = (_case(start, goal, rng, weight, boxes) for start, goal in pairs[far])
+        cases += islice((case for case in made if case), count - len(cases))
     return cases
 
 

@@ -12,10 +12,11 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 STEP = 0.15  # rms radii between nodes of a tree
 TARGETS = 2000  # toward which trees grow at most
+ATTEMPTS = 4  # of trees, where what they find is no path on the surface
 ROOM = 4000  # nodes of both trees together
-SHORTCUTS = 40
-COARSE = (40, 80)  # states of the path that is made smooth
-SMOOTH_STEPS, SMOOTHED = 40, 1e-3  # of the smoothing at most, and its last step in rms radii
+SHORTCUTS = 30
+COARSE = (24, 48)  # states of the path that is made smooth, the more where the fewer do not keep clear
+SMOOTH_STEPS, SMOOTHED = 40, 2e-3  # of the smoothing at most, and its last step in rms radii
 CAP = 0.3  # longest step of a state, rms radii
 
 
@@ -37,22 +38,37 @@ class Found:
 
 
 def sampled_path(terrain: Terrain, ends: Array, spacing: float, seed: int) -> Found:
-    """A clear path between ends (2, D), with states no farther apart than `spacing`; whole coordinates."""
-    begun = perf_counter()
+    """A clear path between ends (2, D), with states no farther apart than `spacing`; whole coordinates.
+
+    Where a way cannot be read as a path on the surface, other samples are drawn.
+    """
+    begun, tried = perf_counter(), 0
     rng = np.random.default_rng(seed)
-    first, tried = terrain.connected(ends, draw_targets(terrain, rng, TARGETS), STEP, ROOM)
-    seconds = perf_counter() - begun
-    if not len(first):
-        return Found(first, tried, False, seconds)
-    short = terrain.shortened(first, rng.random((SHORTCUTS, 2)), STEP)
-    path, iterations = smoothed(terrain, short, spacing)
-    if len(path):
-        return Found(path, tried + iterations, True, seconds)
-    for rough in (short, first):
-        path, settled = terrain.settled(rough, states_for(rough, spacing), smooth=False)
-        if settled and terrain.is_clear(path, 0.0):
+    seconds = None
+    for _ in range(ATTEMPTS):
+        first, used = terrain.connected(ends, draw_targets(terrain, rng, TARGETS), STEP, ROOM)
+        tried += used
+        if not len(first):
             break
-    return Found(path, tried + iterations, False, seconds)
+        seconds = perf_counter() - begun if seconds is None else seconds
+        short = terrain.shortened(first, rng.random((SHORTCUTS, 2)), STEP)
+        path, iterations = smoothed(terrain, short, spacing)
+        tried += iterations
+        if len(path):
+            return Found(path, tried, True, seconds)
+        path = _as_it_is(terrain, (short, first), spacing)
+        if len(path):
+            return Found(path, tried, False, seconds)
+    return Found(np.empty((0, ends.shape[1])), tried, False, seconds or perf_counter() - begun)
+
+
+def _as_it_is(terrain: Terrain, ways: tuple[Array, ...], spacing: float) -> Array:
+    """The first of the ways that is clear on the surface between its states too, dense; empty where none is."""
+    for way in ways:
+        path, settled = terrain.settled(way, states_for(way, spacing), smooth=False)
+        if settled and terrain.is_clear(path, 0.0):
+            return path
+    return np.empty((0, ways[0].shape[1]))
 
 
 def draw_targets(terrain: Terrain, rng: np.random.Generator, count: int) -> Array:

@@ -13,7 +13,7 @@ from skillfold.planning import point_distances as loops
 from skillfold.tables import Array, Indices, Table, table_of
 
 FORBIDDEN = 0.5  # of the reach: the ball about each point that no path may enter
-STEPS_A_REACH = 20  # at which a path is checked
+STEPS_A_REACH = 16  # at which a path is checked
 
 
 class PointObstacles:
