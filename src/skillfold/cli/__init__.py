@@ -1,4 +1,4 @@
-"""The command line: `skillfold fit | info | plan | project | simulate | demo | bench`.
+"""The command line: `skillfold fit | info | plan | project | simulate | demo | bench | reproduce`.
 
 Every command is a frozen dataclass: its fields are the options, its `run` does the work and returns the exit
 code. 0: done; 1: a plan that cannot be made; 2: bad input, said in one line; 130: stopped by Ctrl-C. What a
@@ -17,6 +17,7 @@ from skillfold.cli import console
 from skillfold.cli.learning import Fit, Info
 from skillfold.cli.measuring import Bench, Demo
 from skillfold.cli.planning import Plan, Project
+from skillfold.cli.reproducing import Reproduce
 from skillfold.cli.simulating import Simulate
 from skillfold.errors import SkillfoldError
 
@@ -36,6 +37,7 @@ Command = (
     | Annotated[Simulate, tyro.conf.subcommand("simulate")]
     | Annotated[Demo, tyro.conf.subcommand("demo")]
     | Annotated[Bench, tyro.conf.subcommand("bench")]
+    | Annotated[Reproduce, tyro.conf.subcommand("reproduce")]
 )
 
 
@@ -61,6 +63,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return DONE
 
 
-def _parsed(arguments: list[str]) -> Fit | Info | Plan | Project | Simulate | Demo | Bench:
+def _parsed(arguments: list[str]) -> Fit | Info | Plan | Project | Simulate | Demo | Bench | Reproduce:
     config = (tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
     return tyro.cli(Command, args=arguments, prog="skillfold", description=DESCRIPTION, config=config)  # type: ignore[return-value]

@@ -113,16 +113,20 @@ def _cells_of(chapter: dict[str, Any]) -> list[str]:
 
 def _tables(report: "Report") -> list[Any]:
     groups = list(dict.fromkeys(row.group for row in report.rows))
-    tables = [_table(name, [row for row in report.rows if row.group == name], report) for name in groups]
+    tables = [
+        rows_table(f"{name}, {report.seconds[name]:.0f} s", [row for row in report.rows if row.group == name])
+        for name in groups
+    ]
     judged = [row.met for row in report.rows if row.met is not None]
     machine = f"{report.machine['system']}, {report.machine['cores']} cores, Python {report.machine['python']}"
     verdict = f"{sum(judged)} of {len(judged)} targets met; seed {report.seed}; {machine}."
     return [*tables, verdict]
 
 
-def _table(group: str, rows: "list[Row]", report: "Report") -> Any:
+def rows_table(title: str, rows: "list[Row]") -> Any:
+    """Measured figures beside their targets and the paper's."""
     columns = {"": "left", "measured": "right", "target": "right", "paper": "right", " ": "left", "note": "left"}
-    return console.table(f"{group}, {report.seconds[group]:.0f} s", columns, [_cells(row) for row in rows])
+    return console.table(title, columns, [_cells(row) for row in rows])
 
 
 def _cells(row: "Row") -> tuple[Any, ...]:

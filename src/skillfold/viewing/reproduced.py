@@ -1,0 +1,41 @@
+"""The paper's experiments repeated: each gives rows beside the paper's figures, and a picture of the same data."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from skillfold.experiments import around_arm, around_shown, around_tray, table_one
+from skillfold.experiments.rows import Row, Settings
+from skillfold.viewing import around_pictures, table_pictures, tray_pictures
+
+Reproduced = Callable[[Settings, Path], tuple[list[Row], Path]]
+"""Given settings and a folder for the picture."""
+
+PAST, HARD = 40, 20  # cases past boxes
+COLUMNS = (1, 2)  # of the picture: so many with boxes, so many with walls
+
+
+def patches(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Section V-B3: geodesics of the three-link arm around patches and through the gap of a wall."""
+    rows = around_arm.measure(settings)
+    settings.progress("drawing", 0.9)
+    return rows, around_pictures.draw(around_shown.scenes(settings), folder / "patches.png")
+
+
+def table(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Sections V-C and VI: Table I, the cost of motions left alone and pushed."""
+    halves = table_one.table(settings)
+    rows = [row for half in halves for row in table_one.rows(half)]
+    settings.progress("drawing", 0.9)
+    return rows, table_pictures.draw(halves, folder / "table_one.png")
+
+
+def boxes(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Section VI among obstacles: the LWR4 carries a tray past boxes that it was never shown."""
+    task = around_tray.prepare(settings, PAST, HARD)
+    runs = around_tray.run(task, settings)
+    settings.progress("drawing", 0.9)
+    shown = [answer for run, count in zip((runs[0], runs[2]), COLUMNS, strict=True) for answer in run.answers[:count]]
+    return around_tray.rows(task, runs), tray_pictures.draw(runs[0].skill, shown, folder / "boxes.png")
+
+
+EXPERIMENTS: dict[str, Reproduced] = {"patches": patches, "table-one": table, "boxes": boxes}
