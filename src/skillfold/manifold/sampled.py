@@ -14,7 +14,7 @@ STEP = 0.15  # rms radii between nodes of a tree
 TARGETS = 2000  # toward which trees grow at most
 ATTEMPTS = 4  # of trees, where what they find is no path on the surface
 ROOM = 4000  # nodes of both trees together
-SHORTCUTS = 30
+SHORTCUTS, MORE_SHORTCUTS = 30, 150  # tried before a path is made smooth, and where it cannot be
 COARSE = (24, 48)  # states of the path that is made smooth, the more where the fewer do not keep clear
 SMOOTH_STEPS, SMOOTHED = 40, 2e-3  # of the smoothing at most, and its last step in rms radii
 CAP = 0.3  # longest step of a state, rms radii
@@ -56,7 +56,8 @@ def sampled_path(terrain: Terrain, ends: Array, spacing: float, seed: int) -> Fo
         tried += iterations
         if len(path):
             return Found(path, tried, True, seconds)
-        path = _as_it_is(terrain, (short, first), spacing)
+        shorter = terrain.shortened(short, rng.random((MORE_SHORTCUTS, 2)), STEP)
+        path = _as_it_is(terrain, (shorter, short, first), spacing)
         if len(path):
             return Found(path, tried, False, seconds)
     return Found(np.empty((0, ends.shape[1])), tried, False, seconds or perf_counter() - begun)

@@ -15,7 +15,7 @@ from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-SETTLE_STEPS = 6  # straight back onto the surface after a step along it
+SETTLE_STEPS = 12  # straight back onto the surface after a step along it
 ON_SURFACE = 1e-7  # rms radii
 FLAT = 0.2  # of a direction must lie along the surface, and of a step be gained, for a walk to go on
 
