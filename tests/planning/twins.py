@@ -1,0 +1,38 @@
+"""Plain NumPy twins of the compiled loops over obstacle points and trees; none calls a kernel."""
+
+import numpy as np
+
+
+def clearance(points, radius, q):
+    """Distance (...,) of q (..., D) from the nearest ball."""
+    return np.linalg.norm(np.asarray(q)[..., None, :] - points, axis=-1).min(-1) - radius
+
+
+def gradient(points, q):
+    """The unit vector (D,) from the nearest point to q; nothing at the point itself."""
+    away = q - points[np.linalg.norm(points - q, axis=1).argmin()]
+    length = np.linalg.norm(away)
+    return away / length if length > 1e-12 else np.zeros_like(away)
+
+
+def within(points, radius, q, reach):
+    """Distances (n,) of the balls nearer than `reach`, in their order, and gradients (n, D)."""
+    away = q - points
+    lengths = np.linalg.norm(away, axis=1)
+    near = lengths - radius < reach
+    return lengths[near] - radius, away[near] / np.maximum(lengths[near], 1e-300)[:, None]
+
+
+def share(points, radius, start, end, margin):
+    """Share of the straight edge until it first comes within the margin of a ball: roots of a quadratic."""
+    way, first = end - start, 1.0
+    for point in points:
+        offset = start - point
+        if offset @ offset <= (radius + margin) ** 2:
+            return 0.0
+        if not way.any():
+            continue
+        roots = np.roots([way @ way, 2 * way @ offset, offset @ offset - (radius + margin) ** 2])
+        entered = roots.real[(np.abs(roots.imag) == 0) & (roots.real >= 0)]
+        first = min(first, entered.min(initial=1.0))
+    return first
