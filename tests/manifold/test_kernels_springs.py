@@ -53,6 +53,15 @@ def test_a_path_at_rest_is_on_the_surface_and_clearer_than_before(terrain):
     assert sum(clearer) >= 3
 
 
+def test_a_state_at_an_obstacle_point_has_no_way_off_it_and_does_no_harm(terrain):
+    """There the clearance has no gradient."""
+    path = terrain.blocked_path(9)
+    path[4] = terrain.ball_centres()[0]
+    found, _, moved = relaxed(terrain, path, 1e-4, 3)
+    assert np.isfinite(moved)
+    np.testing.assert_allclose(found, twins.relax_springs(terrain.land, path, terrain.margin, 1e-4, 3)[0], atol=1e-7)
+
+
 def test_pull_of():
     rng = np.random.default_rng(0)
     for rest in (0.1, 1.0, 5.0):

@@ -345,7 +345,7 @@ def relax_springs(land, path, margin, tolerance, limit):
             distances, gradients = land.balls.within(to_state(land.chart, path[i]), margin)
             for distance, gradient in zip(distances, gradients, strict=True):
                 slope = to_slope(land.chart, gradient)
-                moves[i] += RATE * (margin - distance) * slope / (slope @ slope) / len(distances)
+                moves[i] += RATE * (margin - distance) * slope / max(slope @ slope, 1e-300) / len(distances)
             if len(distances):
                 moves[i] += pull_of(path[i - 1], path[i], rest) + pull_of(path[i + 1], path[i], rest)
             moves[i] += EVENING * (bends[i] - mean)
