@@ -66,7 +66,8 @@ def read_numbers(values: Any, what: str, shape: str) -> Array:
 def check_obstacles(obstacles: Any, n_dims: int) -> None:
     """Raise unless they answer as obstacles do, for states of that many coordinates."""
     possible = "PointObstacles(points, reach) or robot.obstacles(scene)"
-    if not all(hasattr(obstacles, name) for name in ("clearance", "compiled", "bounds", "margin", "resolution")):
+    asked = ("clearance", "compiled", "bounds", "margin", "resolution", "nearest")
+    if isinstance(obstacles, type) or not all(hasattr(obstacles, name) for name in asked):
         raise InputError(f"obstacles={shortened(obstacles)}; expected {possible}.")
     if len(obstacles.bounds[0]) != n_dims:
         raise InputError(
