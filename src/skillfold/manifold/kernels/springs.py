@@ -59,8 +59,8 @@ def relax_springs(
             move[:] = 0.0
             for p in range(count):
                 to_slope(chart, gradients[p], slope)
-                # Clearance over its gradient is a way in the space of states, in the gradient's direction; where there
-                # is no gradient, at an obstacle point itself, there is no way.
+                # Clearance over its gradient is a way in the space of states, in the gradient's direction; at an
+                # obstacle point itself there is no gradient and no way.
                 push = RATE * (margin - distances[p]) / max(square(slope), 1e-300) / count
                 for c in range(D):
                     move[c] += push * slope[c]
