@@ -17,10 +17,9 @@ def gradient(points, q):
 
 def within(points, radius, q, reach):
     """Distances (n,) of the balls nearer than `reach`, in their order, and gradients (n, D)."""
-    away = q - points
-    lengths = np.linalg.norm(away, axis=1)
+    lengths = np.linalg.norm(q - points, axis=1)
     near = lengths - radius < reach
-    return lengths[near] - radius, away[near] / np.maximum(lengths[near], 1e-300)[:, None]
+    return lengths[near] - radius, np.array([gradient(point[None], q) for point in points[near]]).reshape(-1, len(q))
 
 
 def share(points, radius, start, end, margin):
