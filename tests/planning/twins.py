@@ -23,15 +23,10 @@ def within(points, radius, q, reach):
 
 
 def share(points, radius, start, end, margin):
-    """Share of the straight edge until it first comes within the margin of a ball: roots of a quadratic."""
-    way, first = end - start, 1.0
-    for point in points:
-        offset = start - point
-        if offset @ offset <= (radius + margin) ** 2:
-            return 0.0
-        if not way.any():
-            continue
-        roots = np.roots([way @ way, 2 * way @ offset, offset @ offset - (radius + margin) ** 2])
-        entered = roots.real[(np.abs(roots.imag) == 0) & (roots.real >= 0)]
-        first = min(first, entered.min(initial=1.0))
-    return first
+    """Share of the straight edge until it first comes within the margin of a ball: roots of quadratics."""
+    way, offsets = end - start, start - points
+    a, b, c = way @ way, 2 * offsets @ way, (offsets**2).sum(1) - (radius + margin) ** 2
+    if (c <= 0).any():
+        return 0.0
+    met = (b**2 > 4 * a * c) & (b < 0)
+    return ((-b[met] - np.sqrt(b[met] ** 2 - 4 * a * c[met])) / (2 * a)).min(initial=1.0)
