@@ -251,6 +251,7 @@ def test_resampled_quaternions_are_units():
         (lambda d: d.with_velocity(), r"with_velocity\(\) needs times"),
         (lambda d: d.with_phase(0), "scale=0"),
         (lambda d: d.with_phase("big"), "scale='big'"),
+        (lambda d: d.with_phase(10**400), "scale=1000"),
         (lambda d: d.with_phase(math.nan), "scale=nan"),
         (lambda d: d.with_phase().with_phase(), "'phase' appears twice"),
         (lambda d: d.align(3), "No demonstration 3; there are 1"),
@@ -313,7 +314,8 @@ def test_velocities_beyond_numbers_are_refused():
 
 def test_phase_runs_from_zero_to_its_scale():
     demos = sf.Demonstrations([wave(30), wave(50)])
-    assert demos.with_phase(2).states[[0, -1], -1].tolist() == [0, 2]
+    for two in (2, 2.0, np.float16(2), np.int8(2)):
+        assert demos.with_phase(two).states[[0, -1], -1].tolist() == [0, 2]
     assert demos.with_phase().states[-1, -1] == pytest.approx(3 * demos.radius)
     assert demos.with_phase().names == ("x0", "x1", "phase")
 

@@ -42,7 +42,8 @@ class Check:
     Attributes:
         ok: whether every condition holds.
         reason: the first that does not, in words; empty where all hold.
-        residual, residual_at: largest distance from the surface and the place that has it.
+        residual, residual_at: largest distance from the surface and the place that has it; between states, where it
+            exceeds most what chords may be off.
         outside, outside_at: farthest outside the demonstrations, and where.
         jump, jump_at: longest step in mean steps, and where it starts.
         clearance, clearance_at: smallest clearance, and where; infinite without obstacles.

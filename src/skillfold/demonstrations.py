@@ -211,7 +211,8 @@ class Demonstrations:
             InputError: a scale that is not a positive number.
         """
         scale = PHASE_SCALE * self.radius if scale is None else scale
-        if not isinstance(scale, int | float | np.number) or not 0 < scale < LARGEST:
+        scale = float(scale) if isinstance(scale, np.floating) else scale
+        if not isinstance(scale, int | float | np.integer) or not 0 < scale < LARGEST:
             raise InputError(f"scale={scale!r}; expected a positive number.")
         states = [np.column_stack([d.states, scale * alignment.progress(d.states)]) for d in self]
         space = self.space + StateSpace.linear(1)

@@ -238,6 +238,6 @@ def _one_each(values: Any, n: int, what: str) -> list[Any]:
 
 
 def shortened(value: Any) -> str:
-    """`repr` of what was given, cut where it is long."""
-    text = repr(value)
+    """`repr` of what was given, in one line, cut where it is long."""
+    text = " ".join(repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."

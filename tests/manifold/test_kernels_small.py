@@ -9,7 +9,22 @@ import pytest
 from manifold import twins
 from manifold.kernels import small
 
-MODULES = ["small", "neighbours", "tangents", "surface", "projection", "leaf", "judging", "acceleration", "geodesic"]
+MODULES = [
+    "small",
+    "neighbours",
+    "tangents",
+    "surface",
+    "projection",
+    "leaf",
+    "judging",
+    "acceleration",
+    "geodesic",
+    "walking",
+    "trees",
+    "pushes",
+    "detours",
+    "springs",
+]
 SIZES = [(1, 2), (1, 5), (2, 3), (3, 7), (4, 4)]
 
 

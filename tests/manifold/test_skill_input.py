@@ -76,6 +76,7 @@ def test_states_that_are_none(sphere, question, state):
         (lambda s: s.project(X, method="leaf", steps=1.5), "steps=1.5"),
         (lambda s: s.contains(X, "near"), "tolerance='near'"),
         (lambda s: s.contains(X, np.nan), "tolerance=nan"),
+        (lambda s: s.contains(X, 10**400), "tolerance=1000"),
         (lambda s: s.sample(-1), "-1"),
         (lambda s: s.sample(2.5), "2.5"),
         (lambda s: s.sample("a"), "'a'"),
@@ -157,6 +158,11 @@ def test_every_error_is_a_skillfold_error(sphere):
 @pytest.mark.parametrize("options", [{"dim": np.int64(2)}, {"kernels": np.int32(5)}, {"neighbors": 6}, {"ridge": 1}])
 def test_numbers_of_every_kind_are_numbers(options):
     assert SkillManifold.fit(CLOUD, **{"dim": 2, "kernels": 5, "ridge": 1e-5, "jobs": 1, **options}).dim == 2
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.longdouble, np.int8])
+def test_tolerances_of_every_kind_are_numbers(sphere, kind):
+    assert sphere.contains([1.5, 0.0, 0.0], kind(1))
 
 
 def test_numpy_whole_numbers_are_whole_numbers(sphere):

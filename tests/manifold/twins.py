@@ -3,6 +3,7 @@
 Each takes a kernel's arguments without its scratch memory and returns what the kernel writes. None calls a kernel.
 """
 
+from functools import cache
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -36,6 +37,7 @@ def tangent_basis(field, x):
     return orthonormalise(np.einsum("k,ack->ac", weights / weights.sum(), field.weights))
 
 
+@cache
 def powers(dim, degree):
     """Exponents (P, dim) of the monomials, by degree, then in lexicographic order of their factors."""
     factors = [c for g in range(degree + 1) for c in combinations_with_replacement(range(dim), g)]

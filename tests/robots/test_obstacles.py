@@ -385,3 +385,41 @@ def test_pickled_obstacles_answer_alike(lwr4):
 def test_slots_of_the_tables_are_different():
     slots = [v for name, v in vars(distances).items() if name.isupper() and name != "SLOTS" and isinstance(v, int)]
     assert sorted(slots) == list(range(distances.kin.SLOTS, distances.SLOTS))
+
+
+def test_what_planners_ask_besides(planar):
+    """Margin, resolution, limits, and the nearest pair in words."""
+    obstacles = planar.obstacles([sf.Sphere(center=(0.5, 0.4, 0), radius=0.1, name="lamp")], self_collision=False)
+    assert obstacles.margin == 0.02
+    assert planar.obstacles(margin=0.1).margin == 0.1
+    assert 0.0 < obstacles.resolution <= 0.02
+    for limit, wanted in zip(obstacles.bounds, planar.limits, strict=True):
+        np.testing.assert_array_equal(limit, wanted)
+    assert obstacles.nearest(np.zeros(3)) == "link2 to lamp"
+    near = obstacles.closest(np.zeros(3))
+    assert obstacles.nearest(np.zeros(3)) == f"{near.first} to {near.second}"
+    assert planar.obstacles(self_collision=False).nearest(np.zeros(3)) == "nothing to nothing"
+
+
+def test_the_margin_goes_along(planar):
+    """Into copies, and through a file."""
+    motion = sf.Motion([0, 2], [[0.5, 0.4, 0.0, 1, 0, 0, 0], [0.5, 0.8, 0.0, 1, 0, 0, 0]])
+    obstacles = planar.obstacles([sf.Sphere(center=(0.5, 0.4, 0), radius=0.1, motion=motion)], margin=0.07)
+    for other in (
+        obstacles.at(1.0),
+        obstacles.move("sphere_0", (0.1, 0.5, 0)),
+        pickle.loads(pickle.dumps(obstacles)),
+    ):
+        assert other.margin == 0.07
+
+
+@pytest.mark.parametrize("margin", [0, -0.1, np.nan, np.inf, "wide", None, [0.1]])
+def test_margins_that_are_none(planar, margin):
+    with pytest.raises(InputError, match="margin"):
+        planar.obstacles(margin=margin)
+
+
+@pytest.mark.parametrize("q", [np.zeros((2, 3)), np.zeros(2), [np.nan, 0, 0], "home", None])
+def test_the_nearest_is_asked_for_one_pose(planar, q):
+    with pytest.raises(InputError):
+        planar.obstacles().nearest(q)

@@ -1,8 +1,10 @@
 """A planning query read, and given to who answers it."""
 
+import numpy as np
+
 from skillfold.clearance import Clearance
 from skillfold.errors import InputError
-from skillfold.manifold.avoiding import plan_clear
+from skillfold.manifold.avoiding import not_begun, plan_clear, touching
 from skillfold.manifold.inputs import MANY, check_obstacles, choice, seed_of, whole
 from skillfold.manifold.model import Model
 from skillfold.manifold.planning import Query, plan_demonstrated, plan_geodesic
@@ -45,6 +47,9 @@ def answer(
         return _on_manifold(model, route, space, names, query)
     if route is None:
         raise InputError("route='demonstrated' needs a skill learnt from two or more whole recordings.")
+    why = touching(query.obstacles, query.states) if query.obstacles is not None else ""
+    if why:
+        return not_begun(query.states, names, why, np.zeros(len(query.states)), "demonstrated")
     plan = plan_demonstrated(model, space, names, route, query)
     if plan.success or query.obstacles is None or model.dim == 1:
         return plan

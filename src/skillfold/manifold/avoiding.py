@@ -66,9 +66,9 @@ def plan_clear(
     """
     begun = perf_counter()
     asked, moved, _ = onto(model, query.states)
-    touching = _touching(obstacles, asked)
-    if touching:
-        return _failed(asked, names, touching, moved)
+    why = touching(obstacles, asked)
+    if why:
+        return not_begun(asked, names, why, moved, "geodesic")
     spacing = obstacles.resolution / model.scale
     legs = []
     for a, b in pairwise(asked):
@@ -121,7 +121,7 @@ def _leg(terrain: Terrain, ends: Array, spacing: float, query: Query) -> Leg:
         if method == "geodesic" or (settled and terrain.is_clear(dense)):
             return Leg(dense, "geodesic", found.iterations, found.converged, perf_counter() - begun)
     seconds = perf_counter() - begun
-    blocked = terrain.obstacles.nearest(terrain.states(shortest[at])) if at >= 0 else ""
+    blocked = terrain.blocking(shortest, at) if at >= 0 else ""
     if method in _BENT:
         path, steps, converged = _BENT[method](terrain, shortest, spacing)
         path = path if len(path) else shortest
@@ -157,7 +157,7 @@ def _read(terrain: Terrain, path: Array, count: int) -> Array:
     return terrain.states(path if count == len(path) else terrain.settled(path, count, smooth=False)[0])
 
 
-def _touching(obstacles: Clearance, asked: Array) -> str:
+def touching(obstacles: Clearance, asked: Array) -> str:
     """Why a path through these states cannot be clear; empty where it may be."""
     lower, upper = obstacles.bounds
     names = ["start", *(f"via {i}" for i in range(len(asked) - 2)), "goal"]
@@ -170,10 +170,11 @@ def _touching(obstacles: Clearance, asked: Array) -> str:
     return ""
 
 
-def _failed(asked: Array, names: tuple[str, ...], reason: str, moved: Array) -> Plan:
+def not_begun(asked: Array, names: tuple[str, ...], reason: str, moved: Array, route: str) -> Plan:
+    """A plan without success, whose path is the states that were asked for."""
     path = Path(asked, names)
     ends = (float(moved[0]), float(moved[-1]))
-    return Plan(False, reason, path, path.length, np.inf, 0, False, "geodesic", *ends)
+    return Plan(False, reason, path, path.length, np.inf, 0, False, route, *ends)
 
 
 def _story(legs: list[Leg], moved: Array) -> str:

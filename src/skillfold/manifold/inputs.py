@@ -74,7 +74,8 @@ def read_numbers(values: Any, what: str, shape: str) -> Array:
 def check_obstacles(obstacles: Any, n_dims: int) -> None:
     """Raise unless they answer as obstacles do, for states of that many coordinates."""
     possible = "PointObstacles(points, reach) or robot.obstacles(scene)"
-    if not all(hasattr(obstacles, name) for name in ("clearance", "compiled", "bounds", "margin", "resolution")):
+    asked = ("clearance", "compiled", "bounds", "margin", "resolution", "nearest")
+    if isinstance(obstacles, type) or not all(hasattr(obstacles, name) for name in asked):
         raise InputError(f"obstacles={shortened(obstacles)}; expected {possible}.")
     if len(obstacles.bounds[0]) != n_dims:
         raise InputError(
@@ -107,7 +108,9 @@ def seed_of(value: Any) -> int:
 def amount(name: str, value: Any, high: float = LARGEST, zero: bool = False) -> float:
     """`value`, if it is a number above 0, or 0 itself where `zero` allows it, and at most `high`."""
     real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if not real or not 0 <= value <= high or (value == 0 and not zero):
+    # Compared as narrow floats, LARGEST would overflow.
+    size = float(value) if isinstance(value, np.floating) else value
+    if not real or not 0 <= size <= high or (value == 0 and not zero):
         kind = "number of 0 or more" if zero else "positive number"
         raise InputError(f"{name}={shortened(value)}; expected a {kind}, {high:g} at most.")
     return float(value)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.check import MOST
 from skillfold.manifold.terrain import Terrain
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -99,6 +100,6 @@ def smoothed(terrain: Terrain, rough: Array, spacing: float, limit: int = SMOOTH
 
 
 def states_for(path: Array, spacing: float) -> int:
-    """How many states a path needs for that spacing."""
+    """How many states a path needs for that spacing; no more than the check looks at."""
     length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-    return max(int(np.ceil(1.02 * length / spacing)) + 1, 4)
+    return int(np.clip(np.ceil(1.02 * length / spacing) + 1, 4, MOST))

@@ -111,6 +111,14 @@ class Terrain:
         """Where the first edge of a path (n, D) starts that does not keep the margin, by default its own; or -1."""
         return int(first_blocked(self.chart, self.barrier, path, self.margin if margin is None else margin))
 
+    def blocking(self, path: Array, edge: int) -> str:
+        """What an edge of a path (n, D) runs into, in words."""
+        there = self.states(path[edge + 1])
+        beyond = np.maximum(there - self.chart.upper, self.chart.lower - there)
+        if beyond.max() > 0.0:
+            return f"the limits of coordinate {int(beyond.argmax())}"
+        return self.obstacles.nearest(self.states(path[edge]))
+
     def is_clear(self, path: Array, margin: float | None = None) -> bool:
         """Whether there is no such edge."""
         return self.first_blocked(path, margin) < 0

@@ -10,6 +10,7 @@ from skillfold.clearance import Compiled
 from skillfold.errors import InputError
 from skillfold.jit import pointer
 from skillfold.planning import point_distances as loops
+from skillfold.recordings import LARGEST, shortened
 from skillfold.tables import Array, Indices, Table, table_of
 
 FORBIDDEN = 0.5  # of the reach: the ball about each point that no path may enter
@@ -34,7 +35,9 @@ class PointObstacles:
             InputError: points of another shape than (m, D) or not finite, or a reach that is not above zero.
         """
         self.points = _read(points)
-        if not (isinstance(reach, int | float | np.number) and np.isfinite(reach) and reach > 0):
+        reach = float(reach) if isinstance(reach, np.floating) else reach
+        real = isinstance(reach, int | float | np.integer) and not isinstance(reach, bool)
+        if not (real and 0 < reach < LARGEST):
             raise InputError(f"reach {reach!r}; expected a number above zero, in the units of the states.")
         self.reach = float(reach)
         self._local = threading.local()
@@ -81,7 +84,9 @@ class PointObstacles:
 
     def nearest(self, q: Any) -> str:
         """The nearest point of a state (D,), in words."""
-        states, _ = self._states(q)
+        states, shape = self._states(q)
+        if shape:
+            raise InputError(f"nearest: states of shape {np.shape(q)}; expected one, ({self.points.shape[1]},).")
         return f"obstacle point {int(((self.points - states[0]) ** 2).sum(1).argmin())}"
 
     def compiled(self) -> Compiled:
@@ -101,19 +106,22 @@ class PointObstacles:
         return found
 
     def _states(self, q: Any) -> tuple[Array, tuple[int, ...]]:
-        states = _numbers(q)
-        if states is None or states.ndim == 0 or states.shape[-1] != self.points.shape[1]:
-            raise InputError(f"States of shape {np.shape(q)}; expected (..., {self.points.shape[1]}), finite.")
+        states, expected = _numbers(q), f"expected finite numbers (..., {self.points.shape[1]})"
+        if states is None:
+            raise InputError(f"States {shortened(q)}; {expected}.")
+        if states.ndim == 0 or states.shape[-1] != self.points.shape[1]:
+            raise InputError(f"States of shape {states.shape}; {expected}.")
         return np.ascontiguousarray(states.reshape(-1, states.shape[-1])), states.shape[:-1]
 
 
 def _numbers(values: Any) -> Array | None:
+    """As float64, where they are numbers whose squares are numbers too."""
     try:
         array = np.asarray(values)
-        array = array.astype(np.float64) if array.dtype.kind in "iuf" else None
+        array = array.astype(np.float64) if array.dtype.kind in "iuf" and not np.ma.is_masked(values) else None
     except (TypeError, ValueError):
         return None
-    return array if array is not None and np.isfinite(array).all() else None
+    return array if array is not None and (np.abs(array) < LARGEST).all() else None
 
 
 def _read(points: Any) -> Array:

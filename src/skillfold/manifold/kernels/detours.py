@@ -135,8 +135,9 @@ def bend_once(
             b.stiffness[i],
             b.force[i],
         )
-        if b.clear[i] >= SIGHT * margin:
-            b.slack[i] = (b.clear[i] - margin) / max(steepest, 1e-300)
+        # Before anything came into sight, nothing is known of how fast clearance changes.
+        if b.clear[i] >= SIGHT * margin and steepest > 0.0:
+            b.slack[i] = (b.clear[i] - margin) / steepest
     newton_steps(chain, b.normals, b.tangents, b.stiffness, b.force, b.right, b.steps)
     for i in range(1, n - 1):
         stride = cap

@@ -7,7 +7,7 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.detours import frame_path, free_rows
 from skillfold.manifold.kernels.projection import gap
-from skillfold.manifold.kernels.small import keep_along, norm
+from skillfold.manifold.kernels.small import keep_along, norm, square
 from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
 from skillfold.manifold.kernels.walking import Barrier, Chart, to_slope, to_state
 
@@ -59,10 +59,11 @@ def relax_springs(
             move[:] = 0.0
             for p in range(count):
                 to_slope(chart, gradients[p], slope)
-                steepness = max(norm(slope), 1e-300)
+                # Clearance over its gradient is a way in the space of states, in the gradient's direction; at an
+                # obstacle point itself there is no gradient and no way.
+                push = RATE * (margin - distances[p]) / max(square(slope), 1e-300) / count
                 for c in range(D):
-                    # Clearance over its gradient is a way in the space of states, in the gradient's direction.
-                    move[c] += RATE * (margin - distances[p]) / steepness * slope[c] / steepness / count
+                    move[c] += push * slope[c]
             if count:
                 pull_of(path[i - 1], path[i], rest, move)
                 pull_of(path[i + 1], path[i], rest, move)
