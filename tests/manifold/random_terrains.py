@@ -31,7 +31,7 @@ class Terrain:
 
     @property
     def barrier(self):
-        return Barrier(*self.compiled[:4])
+        return Barrier(*self.compiled[:4], True)
 
     @property
     def arguments(self):

@@ -161,7 +161,7 @@ def aside(path, centre, reach=2.0, margin=0.2, chart=FLAT):
     obstacles = PointObstacles([centre], 2 * margin)
     compiled, path = obstacles.compiled(), path.copy()
     iterations, moved = detours.bend_aside(
-        chart, Barrier(*compiled[:4]), path, margin, compiled.capacity, reach, 0.1, 1e-5, 500
+        chart, Barrier(*compiled[:4], True), path, margin, compiled.capacity, reach, 0.1, 1e-5, 500
     )
     return path, obstacles, iterations, moved
 
@@ -204,7 +204,7 @@ def test_a_path_pulled_straight_does_not_run_through_what_was_out_of_sight():
     path = np.column_stack([x, 2.0 - x**2 / 2.0])
     obstacles, b, steepest, least = PointObstacles([[0.0, 0.05]], 0.4), detours.make_bending(25, 2, 2, 1), 0.0, []
     b.tangents[:] = np.eye(2)
-    barrier = Barrier(*obstacles.compiled()[:4])
+    barrier = Barrier(*obstacles.compiled()[:4], True)
     assert obstacles.clearance(path).min() > twins.SIGHT * obstacles.margin
     for _ in range(80):
         _, steepest = detours.bend_once(FLAT, barrier, path, path, obstacles.margin, steepest, 0.1, b)

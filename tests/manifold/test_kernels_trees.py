@@ -140,3 +140,26 @@ def test_search_connects_then_shortens(terrain, queries):
             )
             assert used == 0
             compare(terrain, again, count, wanted)
+
+
+def test_cut_blocked(terrain):
+    """A chain with a ball astride its third edge, and branches before and after it."""
+    balls = terrain.ball_centres()
+    aside = np.zeros(terrain.width)
+    aside[0] = 1.0
+    chain = [balls[0] + offset * aside for offset in (30.0, 20.0, 10.0, -10.0, -20.0)]
+    branches = [chain[1] + 1.0, chain[4] - 1.0]  # of a node before the ball, and of the last
+    before = np.array([*chain, *branches])
+    states, parents = before.copy(), np.array([-1, 0, 1, 2, 3, 1, 4])
+    chart = terrain.land.chart
+    chart = chart._replace(lower=np.full(terrain.width, -np.inf), upper=np.full(terrain.width, np.inf))
+    work = np.empty((2, terrain.width))
+    arguments = (chart, terrain.barrier, states, parents, len(states))
+    assert trees.cut_blocked(*arguments, 2, 0.0, work)
+    np.testing.assert_array_equal(states, before)
+    assert not trees.cut_blocked(*arguments, 4, 0.0, work)
+    lost = np.array([3, 4, 6])
+    assert (parents[lost] == -2).all() and np.isinf(states[lost]).all()
+    kept = np.array([0, 1, 2, 5])
+    np.testing.assert_array_equal(states[kept], before[kept])
+    assert parents[kept].tolist() == [-1, 0, 1, 1]

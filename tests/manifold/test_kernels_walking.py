@@ -127,3 +127,17 @@ def test_a_walk_does_not_start_off_the_surface(terrain):
     far = start + 50.0 * np.arange(1.0, terrain.width + 1)
     out = np.empty((10, terrain.width))
     assert walking.walk(*terrain.arguments, far, target, 0.1, 0.0, out, room(terrain)) == (0, False)
+
+
+def test_seems_clear(terrain):
+    """Where edges cost no more than states it looks at the edge, elsewhere at its end alone."""
+    chart, work = terrain.land.chart, np.empty((2, terrain.width))
+    chart = chart._replace(lower=np.full(terrain.width, -np.inf), upper=np.full(terrain.width, np.inf))
+    ball, far = terrain.ball_centres()[0], np.zeros(terrain.width)
+    far[-1] = 50.0
+    for exact in (True, False):
+        barrier = terrain.barrier._replace(exact=exact)
+        assert walking.seems_clear(chart, barrier, ball - far, ball + far, 0.0, work) is not exact
+        assert not walking.seems_clear(chart, barrier, ball - far, ball, 0.0, work)
+        narrow = chart._replace(upper=np.full(terrain.width, -1e9))
+        assert not walking.seems_clear(narrow, barrier, ball - far, ball + far, 0.0, work)

@@ -10,7 +10,7 @@ import numpy as np
 from manifold import twins
 from planning import twins as points
 
-STEPS, ON = 6, 1e-7
+STEPS, ON = 12, 1e-7
 FLAT = 0.2
 LOCAL = 2.5
 STIFF, BLUNT, SIGHT, INSET = 10.0, 0.1, 3.0, 0.005

@@ -16,7 +16,7 @@ TARGETS = 2000  # toward which trees grow at most
 ATTEMPTS = 4  # of trees, where what they find is no path on the surface
 ROOM = 4000  # nodes of both trees together
 SHORTCUTS, MORE_SHORTCUTS = 30, 150  # tried before a path is made smooth, and where it cannot be
-COARSE = (24, 48)  # states of the path that is made smooth, the more where the fewer do not keep clear
+COARSE = (24, 48, 96)  # states of the path that is made smooth, the more where the fewer do not keep clear
 SMOOTH_STEPS, SMOOTHED = 40, 2e-3  # of the smoothing at most, and its last step in rms radii
 CAP = 0.3  # longest step of a state, rms radii
 
