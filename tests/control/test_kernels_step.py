@@ -28,8 +28,8 @@ def sample(controller, arrays, plan):
     for slot in (step.Q, step.GOOD, step.LAST, step.SEEN):
         arrays[slot][:] = q
     arrays[step.QD][:] = [0.3, -0.2, 0.1]
-    arrays[step.FOOT][:] = q
     step.advance(controller._entries, 0.0, 1.0)
+    arrays[step.FOOT][:] = arrays[step.REFERENCE][0]
     return q
 
 
@@ -73,6 +73,19 @@ def test_advance(controller, arrays):
         assert np.allclose(arrays[step.REFERENCE], [x, rate * v, rate**2 * a + slope * v])
 
 
+def test_give_way(controller, arrays, sample, planar):
+    t, reference = controller._entries, arrays[step.REFERENCE]
+    arrays[step.FOOT][:] = sample + 0.05
+    x, v = reference[0].copy(), reference[1].copy()
+    for _ in range(1500):
+        step.give_way(t, 0.001)
+        rise = twins.bound(10 * (10 * (sample + 0.05 - x) - 2 * v), planar.acceleration_limits)
+        after = np.clip(v + 0.001 * rise, -planar.velocity_limits, planar.velocity_limits)
+        x, v = x + 0.0005 * (v + after), after
+        assert np.allclose(reference, [x, v, rise])
+    assert np.allclose(reference[0], sample + 0.05, atol=1e-3)
+
+
 def test_find_foot(controller, arrays, sample, skill):
     step.find_foot(controller._entries)
     foot, basis = arrays[step.FOOT], arrays[step.BASIS]
@@ -80,6 +93,16 @@ def test_find_foot(controller, arrays, sample, skill):
     tangents, kept = skill.tangent(foot), skill.model.kept
     off = np.eye(3) - tangents @ tangents.T
     assert np.allclose(twins.tangent_projector(kept, basis), off, atol=1e-5)
+
+
+def test_a_foot_does_not_run_away(controller, arrays, sample, skill):
+    for away in ([2.0, -3.0, 4.0], [-5.0, 5.0, 1.0], [0.0, 9.0, 0.0]):
+        before = arrays[step.FOOT].copy()
+        arrays[step.Q][:] = sample + away
+        step.find_foot(controller._entries)
+        foot, q = arrays[step.FOOT], arrays[step.Q]
+        assert np.linalg.norm(foot - q) <= np.linalg.norm(before - q) + 0.02
+        assert skill.inside(foot) < 6.0
 
 
 def test_track(controller, arrays, sample, skill):
@@ -155,18 +178,22 @@ def test_sort_looks_for_the_foot_from_the_reference_after_a_leap(controller, arr
     assert np.array_equal(arrays[step.FOOT], arrays[step.REFERENCE][0])
 
 
+@pytest.mark.parametrize("target", [0.7, -1.0])
 @pytest.mark.parametrize("kind", [step.USED, step.HELD, step.STILL])
-def test_answer(controller, arrays, sample, kind):
+def test_answer(controller, arrays, sample, kind, target):
     """As its parts one after the other."""
     t, kept = controller._entries, [slot for slot, array in arrays.items() if array.dtype == float]
     before = {slot: arrays[slot].copy() for slot in kept}
     step.find_foot(t)
-    step.answer(t, 0.002, 0.7, kind)
+    step.answer(t, 0.002, target, kind)
     after = {slot: arrays[slot].copy() for slot in kept}
     for slot in kept:
         arrays[slot][...] = before[slot]
     step.find_foot(t)
-    step.advance(t, 0.002, 0.7 if kind == step.USED else 0.0)
+    if target < 0:
+        step.give_way(t, 0.002)
+    else:
+        step.advance(t, 0.002, target if kind == step.USED else 0.0)
     if kind == step.USED:
         step.track(t)
     else:

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from skillfold.cli import console, files
-from skillfold.cli.options import Flag, shown
+from skillfold.cli.options import Flag, seed, shown
 from skillfold.errors import InputError
 
 if TYPE_CHECKING:
     from skillfold.demonstrations import Demonstrations
     from skillfold.manifold.skill import SkillManifold
     from skillfold.motion import Plan as Planned
+    from skillfold.robots.obstacles import Obstacles
 
 STATE = (
     "First state: numbers such as 0.1,0.2,0.3 (units of the recordings, radians); states.csv:3, a row of a file with "
@@ -22,6 +23,11 @@ STATE = (
 PROJECTED = (
     "File for the projected states. Its columns distance (from the manifold, in units of the recordings) and inside "
     "(1 at the 95 % quantile of held-out samples, more outside) tell of the states as they were given."
+)
+METHODS = (
+    "Of a geodesic without a robot: anchored (tied to the data; the default) or leaf (the paper's own error alone). "
+    "Around obstacles: sampled (the default where the shortest path is blocked), hinge, springs (the paper's) or "
+    "geodesic (the shortest as it is)."
 )
 DEMONSTRATED = "(demonstrated, where the skill knows whole recordings)"
 
@@ -45,8 +51,17 @@ class Plan:
         None
     )
     """Shortest path on the manifold, or the way the demonstrations take."""
-    method: Literal["anchored", "leaf"] = "anchored"
-    """Of a geodesic: tied to the data, or the paper's own error alone."""
+    method: Annotated[
+        Literal["anchored", "leaf", "geodesic", "springs", "hinge", "sampled"] | None, shown("METHOD", told=METHODS)
+    ] = None
+    robot: Annotated[str | None, shown("ROBOT", "(none: nothing is in the way)")] = None
+    """Keep this robot clear of itself and of the scene: jaco, lwr4, nao, planar_arm, or an MJCF or URDF file."""
+    scene: Annotated[Path | None, shown("SCENE.JSON", "(nothing around the robot)")] = None
+    """Obstacles in the robot's frame, as `Scene.save` writes them; metres."""
+    margin: Annotated[float, shown("METRES")] = 0.02
+    """Clearance to keep where there is room for it."""
+    seed: int = 0
+    """Of what is sampled to find a way around obstacles."""
     recordings: Annotated[tuple[Path, ...], shown("FILE", "(the skill keeps their first and last states)")] = ()
     """The recordings that demo:... refers to."""
     json: Flag = False
@@ -72,7 +87,16 @@ class Plan:
         start = files.state("--start", self.start, skill, demos)
         goal = files.state("--goal", self.goal, skill, demos)
         via = [files.state("--via", text, skill, demos) for text in self.via] or None
-        return skill.plan(start, goal, self.points, via=via, route=self.route, method=self.method)
+        return skill.plan(
+            start,
+            goal,
+            self.points,
+            via=via,
+            route=self.route,
+            method=self.method,
+            obstacles=obstacles(self.robot, self.scene, self.margin),
+            seed=seed(self.seed),
+        )
 
     def _demonstrations(self, skill: "SkillManifold") -> "Demonstrations | None":
         from skillfold.demonstrations import Demonstrations
@@ -86,6 +110,18 @@ class Plan:
                 "demo:0:first and demo:0:last need no recordings."
             )
         return demos
+
+
+def obstacles(robot: str | None, scene: Path | None, margin: float) -> "Obstacles | None":
+    """What a robot must keep clear of, in a scene or alone; None without a robot."""
+    if robot is None:
+        if scene is not None:
+            raise InputError(f"--scene {scene}: whose obstacles are these? Name the robot, such as --robot lwr4.")
+        return None
+    from skillfold.robots.robot import Robot
+    from skillfold.robots.scene import Scene
+
+    return Robot.load(robot).obstacles(None if scene is None else Scene.load(scene), margin=margin)
 
 
 @dataclass(frozen=True)
@@ -124,6 +160,9 @@ def _write_path(out: Path, skill: "SkillManifold", plan: "Planned") -> None:
 
 
 def _facts(plan: "Planned", out: Path | None) -> dict[str, Any]:
+    from numpy import isfinite
+
+    clearance = plan.stats["check"].clearance if "check" in plan.stats else float("inf")
     return {
         "success": plan.success,
         "reason": plan.reason,
@@ -133,6 +172,7 @@ def _facts(plan: "Planned", out: Path | None) -> dict[str, Any]:
         "residual": plan.residual,
         "iterations": plan.iterations,
         "converged": plan.converged,
+        "clearance": float(clearance) if isfinite(clearance) else None,
         "start_moved": plan.start_moved,
         "goal_moved": plan.goal_moved,
         "out": str(out) if out and plan.success else None,

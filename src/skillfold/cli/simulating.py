@@ -77,7 +77,7 @@ class Simulate:
         scene, tray = self._scene(), Tray() if self.tray else None
         obstacles = None if scene is None else robot.obstacles(scene)
         ends = [files.state("--start", self.start, skill, None), files.state("--goal", self.goal, skill, None)]
-        plan = skill.plan(*ends, route="geodesic")
+        plan = skill.plan(*ends, route="geodesic", obstacles=obstacles, seed=chosen)
         if not plan.success:
             console.say(f"no path: {plan.reason}")
             return None

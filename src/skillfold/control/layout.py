@@ -8,9 +8,12 @@ from skillfold.clearance import Compiled
 from skillfold.control.kernels import step as at
 from skillfold.control.settings import Bounds
 from skillfold.control.timing import Reference
+from skillfold.manifold.kernels.projection import GHOST
 from skillfold.manifold.model import Model
 from skillfold.motion import Array
 from skillfold.tables import ENTRY, Table, table_of
+
+FAR = 4.0  # times the usual distance to the demonstrations: no foot is looked for farther out
 
 
 def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turning: Array) -> Table:
@@ -37,12 +40,15 @@ def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turni
         at.WEIGHTS: field.weights.reshape(-1, field.weights.shape[2]),
         at.CENTRE: model.centre,
         at.KEPT: model.kept,
-        at.NUMBERS: np.array([field.precision, model.scale, model.trust.cap]),
+        at.NUMBERS: np.array(
+            [field.precision, model.scale, model.trust.cap, FAR * model.trust.spacing, GHOST * model.trust.doubt]
+        ),
         at.REFERENCE: np.zeros((3, D)),
         at.BASIS: np.zeros(field.weights.shape[:2]),
         at.GAINS: gains,
         at.VELOCITY: _finite(bounds.velocity),
         at.RISE: _finite(bounds.acceleration),
+        at.EASE: _finite(bounds.acceleration),
         at.REACTION: _finite(reaction * bounds.acceleration),
         at.LOWER: _finite(bounds.lower),
         at.UPPER: _finite(bounds.upper),

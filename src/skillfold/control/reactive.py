@@ -24,8 +24,9 @@ GAP = 0.05  # seconds between samples that are too many
 LATENCY = 0.03  # seconds that a plan is expected to take
 SPLICE = 0.15  # seconds, shortest, in which one reference leads over to the next
 AGAIN = 0.2  # seconds until a plan is asked for again
-PATIENCE = 0.4  # seconds off the manifold until a plan is asked for all the same
+PATIENCE = 1.0  # seconds off the manifold until a plan is asked for all the same
 LOOK_AHEAD, STOP, SLOW = 1.5, 0.1, 0.5  # seconds of phase: how far to look, room to keep, room to slow down in
+CALM = 0.1  # of the velocity limits: slower is nearly at rest
 FOLLOW = 0.01  # seconds between looks at where moving obstacles are
 
 
@@ -99,6 +100,7 @@ class ReactiveController:
         self._work = np.zeros((2, 3, model.n_dims))
         # The clock goes on whatever the samples' times say.
         self._base, self._time, self._clock, self._since = "tracking", None, 0.0, 0.0
+        self._away = self._stale = False  # the reference has left its path; a plan under way is of no use
         self._again = self._followed = self._led = -np.inf  # seconds
         self._begin(plan, duration, obstacles, robot, load)
 
@@ -109,6 +111,7 @@ class ReactiveController:
         self.reference, memory[at.KEEP] = timed(plan.path.states, still, self._obstacles, self._bounds, duration)
         layout.put_reference(self._table, self.reference)
         self._unhurried = self._bounds.slower(self.reference.pace)
+        np.multiply(self._table.arrays[at.EASE], self.reference.pace, out=self._table.arrays[at.EASE])
         memory[at.BRAKE] = self._bounds.brake
         memory[at.HORIZON], memory[at.LEAP], memory[at.FASTEST] = LOOK_AHEAD, 0.2, self._bounds.fastest
         for slot in (at.Q, at.GOOD, at.LAST, at.SEEN, at.FOOT):
@@ -176,7 +179,7 @@ class ReactiveController:
     @property
     def done(self) -> bool:
         """Whether the reference has come to its end."""
-        return bool(self._memory[at.PHASE] >= self._memory[at.DURATION])
+        return bool(not self._away and self._memory[at.PHASE] >= self._memory[at.DURATION])
 
     def _elapsed(self, t: Any) -> tuple[float, bool]:
         """Seconds since the last sample, and whether time does not go on as it should."""
@@ -206,9 +209,9 @@ class ReactiveController:
         return True
 
     def _target(self) -> float:
-        """Rate that the reference should go on at."""
-        if self.mode == "returning":
-            return 0.0
+        """Rate that the reference should go on at; below zero it gives way."""
+        if self._away:
+            return -1.0
         blocked = self._memory[at.BLOCKED]
         if blocked == np.inf:
             return 1.0
@@ -223,45 +226,50 @@ class ReactiveController:
         distance, deviation = self._memory[at.DISTANCE], self._memory[at.DEVIATION]
         # While the reference is led over to a new path that begins at the arm, it is the reference that is away.
         pushed = distance > self._off or (deviation > self._deviation and now > self._led)
-        if self.mode != "returning":
-            self.mode = self._base
-            if pushed:
-                self.mode, self._since = "returning", now
-        elif distance < 0.5 * self._off and deviation < 0.5 * self._deviation:
-            self.mode = self._base
+        if pushed and not self._away:
+            self._away, self._stale, self._since = True, self._plans.pending, now
+        self.mode = "returning" if self._away else self._base
         if self._plans.pending or now < self._again:
             return
-        if self.mode == "returning":
-            if distance < 0.5 * self._off or now - self._since > PATIENCE:
-                self._ask(self._table.arrays[at.FOOT].copy(), now)
-        elif self._memory[at.BLOCKED] < np.inf:
-            memory = self._memory
-            ahead = memory[at.PHASE] + memory[at.RATE] * self._plans.latency
+        back = distance < 0.5 * self._off and deviation < 0.5 * self._deviation
+        if self._away and (back or now - self._since > PATIENCE) and self._calm():
+            self._ask(self._table.arrays[at.FOOT].copy(), now)
+        elif not self._away and self._memory[at.BLOCKED] < np.inf:
+            ahead = self._memory[at.PHASE] + self._memory[at.RATE] * self._plans.latency
             self._ask(self.reference.at(ahead)[0], now)
+
+    def _calm(self) -> bool:
+        """Whether the reference has come near to rest: the push has ceased, or goes nowhere."""
+        return bool((np.abs(self._wanted[1]) < CALM * self._table.arrays[at.VELOCITY]).all())
 
     def _ask(self, start: Array, now: float) -> None:
         obstacles: Any = self._obstacles
         if self._moves:
             with suppress(Exception):
                 obstacles = obstacles.at(self._time)
-        # Back from a push the new motion begins at rest, and can wait until the arm is there.
-        velocity = np.zeros(len(start)) if self.mode == "returning" else self._wanted[1].copy()
-        self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner), now)
+        velocity, rest = self._wanted[1].copy(), None
+        if self._away:  # the new motion begins at rest, and can wait until the arm is there
+            done, whole = (int(self._memory[slot] / self.reference.step) for slot in (at.PHASE, at.DURATION))
+            velocity, rest = np.zeros(len(start)), self.reference.knots[min(done, whole) : whole + 2, 0].copy()
+        self._plans.ask(Question(start, velocity, self.goal, obstacles, self._unhurried, self._planner, rest), now)
 
     def _take(self, renewal: Renewal, now: float) -> None:
         """Follow a new plan, led over to smoothly."""
-        self.reason = renewal.reason
+        self.reason, self._again = renewal.reason, now + AGAIN
+        if self._stale:
+            self._stale, self._again = False, now
+            return
         if renewal.reference is None:
-            self._again = now + AGAIN
             return
         taken, delay = self._splice(renewal.reference, renewal.reference.knots)
         self._led = now + taken
         self.reference = replace(renewal.reference, duration=renewal.reference.duration + delay)
         layout.put_reference(self._table, self.reference)
         self._memory[at.KEEP] = renewal.keep
-        self.replans += 1
-        self._base = self.mode = "replanned"
-        self._again = now + AGAIN
+        self._away = False
+        if renewal.planned:
+            self.replans += 1
+            self._base = "replanned"
 
     def _splice(self, reference: Reference, knots: Array) -> tuple[float, float]:
         """Lead over to the knots of a reference, in place; seconds that takes, and by which it begins later."""

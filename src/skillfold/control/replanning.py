@@ -26,16 +26,26 @@ class Renewal:
         reference: in time; None where there is no plan.
         keep: clearance below which it counts as blocked.
         reason: of the plan, in words.
+        planned: whether the reference follows a new plan, and not what was left of the old one.
     """
 
     reference: Reference | None
     keep: float
     reason: str
+    planned: bool
 
 
 @dataclass(frozen=True)
 class Question:
-    """A plan that is wanted: from where, at what velocity (D,), to where, among what, within which bounds."""
+    """A plan that is wanted.
+
+    Attributes:
+        start, velocity, goal: (D,) from where, how fast, to where.
+        obstacles: or None.
+        bounds: of the motion.
+        planner: who makes it.
+        rest: (n, D) of the path so far, what to go back to where there is no plan; None where it is still followed.
+    """
 
     start: Array
     velocity: Array
@@ -43,6 +53,7 @@ class Question:
     obstacles: Any
     bounds: Bounds
     planner: Planner
+    rest: Array | None = None
 
 
 def planner_of(skill: Any) -> Planner:
@@ -57,17 +68,21 @@ def planner_of(skill: Any) -> Planner:
 
 
 def renew(question: Question) -> Renewal:
-    """Plan and put it in time; whatever goes wrong is a reason."""
-    q = question
+    """Plan and put it in time, or else what is left of the path so far; whatever goes wrong is a reason."""
+    q, reason = question, ""
     try:
         plan = q.planner(q.start, q.goal, q.obstacles)
-        if not plan.success:
-            return Renewal(None, 0.0, plan.reason)
-        if plan.path.states.shape[1] != len(q.goal):
-            return Renewal(None, 0.0, f"The planner's path has {plan.path.states.shape[1]} coordinates.")
-        return Renewal(*timed(plan.path.states, q.velocity, q.obstacles, q.bounds), plan.reason)
+        states, reason = plan.path.states, plan.reason
+        if plan.success and states.shape[1] == len(q.goal):
+            return Renewal(*timed(states, q.velocity, q.obstacles, q.bounds), reason, True)
+        if plan.success:
+            reason = f"The planner's path has {states.shape[1]} coordinates."
     except Exception as error:  # a planner of the user's may fail in any way, and the robot must go on
-        return Renewal(None, 0.0, f"{type(error).__name__}: {error}")
+        reason = f"{type(error).__name__}: {error}"
+    with suppress(Exception):
+        if q.rest is not None and (q.obstacles is None or np.min(q.obstacles.clearance(q.rest)) > 0):
+            return Renewal(*timed(q.rest, np.zeros(len(q.goal)), q.obstacles, q.bounds), reason, False)
+    return Renewal(None, 0.0, reason, False)
 
 
 def timed(

@@ -17,16 +17,24 @@ AROUND = ("geodesic", "springs", "hinge", "sampled")
 
 
 def read_plan(
-    states: Array, points: int | None, route: str, method: str | None, obstacles: Clearance | None, seed: int
+    states: Array,
+    points: int | None,
+    route: str,
+    method: str | None,
+    obstacles: Clearance | None,
+    seed: int,
+    near: Array | None,
 ) -> Query:
     """What `SkillManifold.plan` was asked, checked; `states` (2 + m, D) are so already."""
+    if near is not None and (obstacles is None or len(states) > 2):
+        raise InputError("near= is for a query with obstacles and without via points.")
     count = POINTS[choice("route", route, ROUTES)] if points is None else points
     count = whole("points", count, 1 + len(states), MANY)
     if obstacles is None:
         return Query(states, count, "anchored" if method is None else choice("method", method, ALONE))
     check_obstacles(obstacles, states.shape[1])
     method = "" if method is None else choice("method", method, AROUND)
-    return Query(states, count if points else 0, method, obstacles, seed_of(seed))
+    return Query(states, count if points else 0, method, obstacles, seed_of(seed), near)
 
 
 def answer(
@@ -48,4 +56,4 @@ def answer(
 def _on_manifold(model: Model, route: Route | None, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
     if query.obstacles is None:
         return plan_geodesic(model, route, space, names, query, query.method == "leaf")
-    return plan_clear(model, space, names, query, query.obstacles, query.method, query.seed)
+    return plan_clear(model, space, names, query, query.obstacles)

@@ -23,6 +23,7 @@ from skillfold.spaces import StateSpace
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 KEPT = 0.25  # of the margin that edges must keep; where an end has less, half of what it has
+RENEWING = 12  # steps in which an earlier path is bent
 FIRST = 50  # states of the shortest path that is tried first
 
 
@@ -53,18 +54,15 @@ def plan_clear(
     names: tuple[str, ...],
     query: Query,
     obstacles: Clearance,
-    method: str,
-    seed: int,
 ) -> Plan:
     """A path on the manifold through the query's states, clear of obstacles.
 
     Args:
         model, space, names: of the skill.
-        query: ends and via points, projected first where they are off; and the number of states, 0 for as many as
-            the check looks at.
+        query: ends and via points, projected first where they are off; the number of states, 0 for as many as the
+            check looks at; the method: "geodesic", "springs", "hinge", "sampled"; empty bends an earlier path where
+            there is one, tries the shortest path, then samples.
         obstacles: what to keep clear of.
-        method: "geodesic", "springs", "hinge", "sampled"; empty tries the shortest path, then samples.
-        seed: of the samples.
     """
     begun = perf_counter()
     asked, moved, _ = onto(model, query.states)
@@ -77,7 +75,7 @@ def plan_clear(
         ends = np.stack([a, b])
         margin = min(KEPT * obstacles.margin, 0.5 * float(np.min(obstacles.clearance(ends))))
         terrain = Terrain.between(model, space, obstacles, ends, margin)
-        legs.append((terrain, _leg(terrain, ends, spacing, method, seed)))
+        legs.append((terrain, _leg(terrain, ends, spacing, query)))
     counts = shares(asked, query.points) if query.points else [len(leg.path) for _, leg in legs]
     paths = [_read(terrain, leg.path, n) for (terrain, leg), n in zip(legs, counts, strict=True)]
     states = joined(space, paths, asked, counts)
@@ -106,10 +104,15 @@ def plan_clear(
     )
 
 
-def _leg(terrain: Terrain, ends: Array, spacing: float, method: str, seed: int) -> Leg:
+def _leg(terrain: Terrain, ends: Array, spacing: float, query: Query) -> Leg:
     """The shortest path where it is clear or asked for, else what the method finds."""
     begun = perf_counter()
-    model = terrain.model
+    model, method = terrain.model, query.method
+    if query.near is not None and not method:
+        onward = _onward(terrain.coordinates(query.near), terrain.coordinates(ends))
+        path, steps = smoothed(terrain, onward, spacing, RENEWING)
+        if len(path):
+            return Leg(path, "renewed", steps, True, perf_counter() - begun)
     found = geodesic(model, model.encode(ends[0]), model.encode(ends[1]), FIRST)
     shortest = terrain.coordinates(model.path(ends[0], ends[1], found.states))
     at = terrain.first_blocked(shortest)
@@ -123,10 +126,17 @@ def _leg(terrain: Terrain, ends: Array, spacing: float, method: str, seed: int) 
         path, steps, converged = _BENT[method](terrain, shortest, spacing)
         path = path if len(path) else shortest
         return Leg(path, method, found.iterations + steps, converged, perf_counter() - begun, blocked)
-    sample = sampled_path(terrain, terrain.coordinates(ends), spacing, seed)
+    sample = sampled_path(terrain, terrain.coordinates(ends), spacing, query.seed)
     path = sample.path if len(sample.path) else shortest
     kind = ("sampled" if sample.smooth else "rough") if len(sample.path) else "none"
     return Leg(path, kind, found.iterations + sample.iterations, kind == "sampled", seconds + sample.seconds, blocked)
+
+
+def _onward(near: Array, ends: Array) -> Array:
+    """An earlier path (n, D) from where it is nearest to the start on, between new ends (2, D)."""
+    first = int(((near - ends[0]) ** 2).sum(1).argmin())
+    last = int(((near - ends[1]) ** 2).sum(1).argmin())
+    return np.vstack([ends[:1], near[first + 1 : max(last, first + 1)], ends[1:]])
 
 
 def _hinged(terrain: Terrain, shortest: Array, spacing: float) -> tuple[Array, int, bool]:
@@ -180,6 +190,7 @@ def _story(legs: list[Leg], moved: Array) -> str:
 
 
 _TOLD = {
+    "renewed": "the earlier path, bent",
     "springs": "bent by springs",
     "hinge": "bent by penalties on clearance",
     "sampled": "found by sampling and made smooth",

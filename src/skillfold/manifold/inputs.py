@@ -49,6 +49,14 @@ def read_query(start: Any, goal: Any, via: Any, names: Sequence[str]) -> Array:
     return np.vstack([ends[0], middle, ends[1]])
 
 
+def read_path(near: Any, names: Sequence[str]) -> Array:
+    """States (n, D) of a path, two or more."""
+    states = read_states(near, names)
+    if states.ndim != 2 or len(states) < 2:
+        raise InputError(f"near: expected the states of a path (n, {len(names)}), two or more; got {states.shape}.")
+    return states
+
+
 def read_numbers(values: Any, what: str, shape: str) -> Array:
     """`values` as float64, if they are real numbers in a rectangular array; `shape` is what to expect, in words."""
     try:

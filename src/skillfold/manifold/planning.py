@@ -36,6 +36,7 @@ class Query:
         method: "anchored" or "leaf"; among obstacles how to go around them, empty for the default.
         obstacles: what to keep clear of.
         seed: of what is sampled.
+        near: an earlier path (n, D) that is likely near the answer; None where there is none.
     """
 
     states: Array
@@ -43,6 +44,7 @@ class Query:
     method: str = "anchored"
     obstacles: Clearance | None = None
     seed: int = 0
+    near: Array | None = None
 
 
 def plan_geodesic(

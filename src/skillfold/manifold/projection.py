@@ -37,6 +37,18 @@ def project_leaf(model: Model, states: Array, near: Array, rate: float, steps: i
     return model.moved(near, inner) + (states - near) @ model.free @ model.free.T
 
 
+def projected(model: Model, states: Array, near: Array | None, method: str, rate: float, steps: int) -> Array:
+    """States (B, D) brought onto the manifold by a method: "leaf", the paper's from `near` (B, D), or anchored."""
+    if method == "leaf":
+        return project_leaf(model, states, _nearest_anchors(model, states) if near is None else near, rate, steps)
+    return (project_anchored(model, states) if near is None else project_from(model, states, near))[0]
+
+
+def _nearest_anchors(model: Model, states: Array) -> Array:
+    nearest = [int(((model.anchors - row) ** 2).sum(1).argmin()) for row in model.encode(states)]
+    return model.moved(states, model.anchors[nearest])
+
+
 def tangents(model: Model, states: Array) -> Array:
     """Orthonormal tangents at states (B, D); (B, D, d), the free directions last."""
     rows = field_bases(model.field, model.encode(states))

@@ -65,12 +65,15 @@ def draw_targets(terrain: Terrain, rng: np.random.Generator, count: int) -> Arra
     return np.hstack([inner, rng.uniform(-extent, extent, (count, len(extent)))])
 
 
-def smoothed(terrain: Terrain, rough: Array, spacing: float) -> tuple[Array, int]:
-    """The rough path made short and smooth, dense and clear; empty where that fails, and the steps it took."""
+def smoothed(terrain: Terrain, rough: Array, spacing: float, limit: int = SMOOTH_STEPS) -> tuple[Array, int]:
+    """The rough path made short and smooth, dense and clear; empty where that fails, and the steps it took.
+
+    Of each number of states no more than `limit` steps are taken.
+    """
     total = 0
     for count in COARSE:
         coarse, _ = terrain.settled(rough, count, smooth=False)
-        bent, iterations, _ = terrain.bent(coarse, terrain.obstacles.margin, CAP, SMOOTHED, SMOOTH_STEPS)
+        bent, iterations, _ = terrain.bent(coarse, terrain.obstacles.margin, CAP, SMOOTHED, limit)
         total += iterations
         path, settled = terrain.settled(bent, states_for(bent, spacing), smooth=True)
         if settled and terrain.is_clear(path):

@@ -12,11 +12,12 @@ from threadpoolctl import threadpool_limits
 from skillfold import archive
 from skillfold.clearance import Clearance
 from skillfold.demonstrations import Demonstrations
+from skillfold.manifold import inputs
 from skillfold.manifold.answering import answer, read_plan
 from skillfold.manifold.fitting import Options, fit_model
-from skillfold.manifold.inputs import MANY, amount, choice, read_query, read_states, seed_of, together, whole
+from skillfold.manifold.inputs import MANY, amount, choice, read_states, seed_of, together, whole
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import OnManifold, project_anchored, project_from, project_leaf, tangents
+from skillfold.manifold.projection import OnManifold, project_anchored, projected, tangents
 from skillfold.manifold.route import Route
 from skillfold.manifold.samples import read_samples
 from skillfold.manifold.sampling import sample_surface
@@ -179,7 +180,7 @@ class SkillManifold:
             states, start = together(states, read_states(near, self.names))
             start = self._rows(start)
         rate, steps = amount("rate", rate, 1.0), whole("steps", steps, 1, MANY)
-        found = self._projected(self._rows(states), start, method, rate, steps)
+        found = projected(self.model, self._rows(states), start, method, rate, steps)
         return self.space.normalize(found).reshape(states.shape)
 
     def distance(self, x: Any) -> Any:
@@ -215,6 +216,7 @@ class SkillManifold:
         route: str | None = None,
         method: str | None = None,
         obstacles: Clearance | None = None,
+        near: Any = None,
         seed: int = 0,
     ) -> Plan:
         """A path from start to goal, both (D,), checked before it may say success.
@@ -233,6 +235,8 @@ class SkillManifold:
             obstacles: what the path must keep clear of (section IV-B): `PointObstacles` in the space of states,
                 or `robot.obstacles(scene)`. The path has states as close as the check looks at them, unless `points`
                 tells otherwise.
+            near: (n, D) states of an earlier path, bent first where obstacles, start or goal moved a little since:
+                a third of the time. For a query with obstacles and without via points.
             seed: of what is sampled; the same seed gives the same path.
 
         Raises:
@@ -241,8 +245,9 @@ class SkillManifold:
         """
         if route is None:
             route = "demonstrated" if self.route else "geodesic"
-        states = self._rows(read_query(start, goal, via, self.names))
-        query = read_plan(states, points, route, method, obstacles, seed)
+        states = self._rows(inputs.read_query(start, goal, via, self.names))
+        earlier = None if near is None else self._rows(inputs.read_path(near, self.names))
+        query = read_plan(states, points, route, method, obstacles, seed, earlier)
         return answer(self.model, self.route, self.space, self.names, query, route == "demonstrated")
 
     def geodesic_distance(self, a: Any, b: Any) -> Any:
@@ -279,19 +284,6 @@ class SkillManifold:
         """States (..., D) as rows (B, D), nearest to the data among the ways to write them."""
         rows = np.ascontiguousarray(states.reshape(-1, self.n_dims))
         return rows if self.space.is_flat else self.space.align(rows, self.model.centre)
-
-    def _projected(self, states: Array, near: Array | None, method: str, rate: float, steps: int) -> Array:
-        if method == "leaf":
-            start = self._nearest_anchors(states) if near is None else near
-            return project_leaf(self.model, states, start, rate, steps)
-        found = project_anchored(self.model, states) if near is None else project_from(self.model, states, near)
-        return found[0]
-
-    def _nearest_anchors(self, states: Array) -> Array:
-        inner = self.model.encode(states)
-        anchors = self.model.anchors
-        nearest = [int(((anchors - row) ** 2).sum(1).argmin()) for row in inner]
-        return self.model.moved(states, anchors[nearest])
 
 
 def _scalar(values: Array, shape: tuple[int, ...]) -> Any:

@@ -11,15 +11,19 @@ import numpy as np
 from skillfold.control.kernels.law import across, bound, feedback, restrain
 from skillfold.control.kernels.reference import evaluate
 from skillfold.jit import function_at, njit
-from skillfold.manifold.kernels.projection import descend
+from skillfold.manifold.kernels.projection import descend, gap
+from skillfold.manifold.kernels.small import copy
 from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
+from skillfold.manifold.kernels.surface import evaluate as evaluate_surface
 from skillfold.tables import Indices, address, index_matrix, indices, matrix, reals_at, vector
 
 # The manifold: arrays of `Surface` and `Field`, those of three dimensions with the first two as one.
 POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
 CENTRES, WEIGHTS = 10, 11
 CENTRE, KEPT = 12, 13  # (D,), (D, E) from states to inner coordinates
-NUMBERS = 14  # precision of the field, scale of inner coordinates, longest step of a projection
+# Precision of the field, scale of inner coordinates, longest step of a projection, how far out and in how much doubt
+# the surface is believed.
+NUMBERS = 14
 KNOTS = 15  # (3 n, D) of the reference
 Q, QD = 16, 17  # (D,) the sample
 GOOD, LAST, SEEN = 18, 19, 38  # (D,) the last one that was used, the last of all, the last believed
@@ -35,7 +39,8 @@ DYNAMICS, OBSTACLES = 34, 35  # their arguments
 NOTHING = 36  # (0,)
 WORK = 37  # (8, D)
 BASIS = 39  # (d, E) tangents at the foot
-SLOTS = 40
+EASE = 40  # (D,) acceleration of a reference that gives way
+SLOTS = 41
 
 # What is remembered.
 PHASE, RATE, SLOPE, BRAKE = 0, 1, 2, 3  # of the reference: phase [s], its rate, how that changes, how fast it may
@@ -48,6 +53,8 @@ CELLS = 17
 PATIENCE = 20.0  # samples that agree with each other are believed after all
 LOOKS = 3  # knots looked at in a step
 TOLERANCE, STEPS = 1e-7, 8.0  # of the foot, inner; it was near the last one
+SLACK = 1e-4  # squared inner distance by which a foot may be farther than the last one
+YIELD = 10.0  # 1/s, at which a reference that gives way comes to the foot
 LARGE = 1e9  # stands for no limit
 
 USED, HELD, STILL = 0, 1, 2  # a sample is used; it is, to hold still; it is not usable
@@ -103,6 +110,23 @@ def advance(t: Indices, elapsed: float, target: float) -> None:
 
 
 @njit
+def give_way(t: Indices, elapsed: float) -> None:
+    """Let the reference leave its path and come to rest at the foot: an arm that is pushed along is not pulled back.
+
+    It starts from where and how fast it was, so nothing jumps.
+    """
+    reference, foot, velocity = matrix(t, REFERENCE), vector(t, FOOT), vector(t, VELOCITY)
+    rise = reference[2]
+    for c in range(foot.size):
+        rise[c] = YIELD * (YIELD * (foot[c] - reference[0, c]) - 2.0 * reference[1, c])
+    bound(rise, vector(t, EASE))
+    for c in range(foot.size):
+        before = reference[1, c]
+        reference[1, c] = min(max(before + elapsed * rise[c], -velocity[c]), velocity[c])
+        reference[0, c] += 0.5 * elapsed * (before + reference[1, c])
+
+
+@njit
 def find_foot(t: Indices) -> None:
     """Move the foot to that of the sample, found from where it is, and find the tangents there."""
     q, foot, basis = vector(t, Q), vector(t, FOOT), matrix(t, BASIS)
@@ -129,7 +153,11 @@ def find_foot(t: Indices) -> None:
         for e in range(E):
             state[0, e] += (q[c] - centre[c]) * kept[c, e] / numbers[1]
             point[0, e] += (foot[c] - centre[c]) * kept[c, e] / numbers[1]
-    descend(surface, field, np.inf, np.inf, numbers[2], state, point, TOLERANCE, STEPS, scratch)
+    first, before = point.copy(), gap(state[0], point[0])
+    descend(surface, field, numbers[3], numbers[4], numbers[2], state, point, TOLERANCE, STEPS, scratch)
+    if not gap(state[0], point[0]) <= before + SLACK:  # far off, it may run away; the last foot is nearer
+        copy(first[0], point[0])
+        evaluate_surface(surface, field, point, scratch)
     for c in range(q.size):
         foot[c] = q[c]
         for e in range(E):
@@ -242,11 +270,15 @@ def sort(t: Indices, elapsed: float, hold: bool, given: bool) -> int:
 
 @njit
 def answer(t: Indices, elapsed: float, target: float, kind: int) -> None:
-    """Answer a sample of that kind; the phase goes on at `target`, and stops while the arm is held still.
+    """Answer a sample of that kind.
 
-    The answer lies in ACCELERATION and TORQUE.
+    The phase goes on at `target`, and stops while the arm is held still; below zero, the reference gives way. The
+    answer lies in ACCELERATION and TORQUE.
     """
-    advance(t, elapsed, target if kind == USED else 0.0)
+    if target < 0.0:
+        give_way(t, elapsed)
+    else:
+        advance(t, elapsed, target if kind == USED else 0.0)
     if kind == USED:
         track(t)
     else:
