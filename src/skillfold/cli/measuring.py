@@ -50,7 +50,7 @@ class Bench:
     """Measure every figure the library claims, beside its target and the paper's figure."""
 
     groups: Annotated[tuple[str, ...], shown("GROUP", "(all when left out)")] = ()
-    """Some of arm, sets, upright, noise, control, recordings, large, speed."""
+    """Some of arm, sets, upright, noise, control, tumblers, recordings, large, speed."""
     data: Annotated[Path | None, shown("FOLDER", "(point sets drawn, robot tasks left out)")] = None
     """Folder with ecomann/ and robotasks/."""
     json: Annotated[tuple[Path, ...] | None, shown("[FILE]", "")] = None

@@ -11,7 +11,17 @@ from time import perf_counter
 from typing import Any
 
 from skillfold.errors import InputError
-from skillfold.experiments import drawing, large, projection, reaching, recordings, table_one, timing, upright
+from skillfold.experiments import (
+    drawing,
+    large,
+    projection,
+    reaching,
+    recordings,
+    table_one,
+    timing,
+    tumblers,
+    upright,
+)
 from skillfold.experiments.rows import Progress, Row, Settings
 
 Experiment = Callable[[Settings], list[Row]]
@@ -22,6 +32,7 @@ GROUPS: dict[str, tuple[Experiment, ...]] = {
     "upright": (upright.measure,),
     "noise": (reaching.measure_noise, projection.measure_noise),
     "control": (table_one.measure,),
+    "tumblers": (tumblers.measure,),
     "recordings": (recordings.measure, drawing.measure),
     "large": (large.measure,),
     "speed": (timing.measure,),

@@ -2,14 +2,14 @@
 
 The skill holds the tray level (`tray.tray_poses`). Four controllers carry it from the same start to the same goal in
 the same time, under the same push: the reactive one as a user gets it, and computed torque along a quintic in joint
-space, at the stiffness that the reactive one has along the manifold and at the stiffest that stays calm. How long a
-motion takes follows from what tumblers stand: the tool's acceleration stays below a part of what tips them.
+space: with the gains that the reactive one has along the manifold, with the same stiffness damped critically, and at
+the stiffest that stays calm. How long a motion takes follows from what tumblers stand: the tool's acceleration stays
+below a part of what tips them.
 """
 
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -28,15 +28,16 @@ from skillfold.robots.tray import Tray
 
 SAMPLES = 400
 APART = 0.5  # metres between start and goal at least
-CALM = 1.5  # m/s², most that the tool is accelerated by a motion; tumblers tip at 4.9, held
+CALM = 2.0  # m/s², most that the tool is accelerated by a motion; tumblers tip at 4.9, held
 LATENCY = 0.03  # seconds after which a plan counts: runs can be repeated
 BODIES = {"forearm": "link5", "tool": "link7"}
 SHORT, SLOW = (0.1, 0.3), 1.5  # seconds of a push
 FORCES = {"short": (20.0, 80.0), "slow": (20.0, 60.0)}  # newtons
 BEGIN = (0.1, 0.6)  # share of the motion after which a push begins
 STIFFEST = 1600.0  # 1/s²: what the reactive controller holds with off the manifold
-METHODS = ("skill", "naive", "stiff")
-NAIVE = {"naive": (Gains().along, Gains().along_damping), "stiff": (STIFFEST, 1.0)}  # ω² [1/s²], ζ
+METHODS = ("skill", "naive", "critical", "stiff")
+# ω² [1/s²] and ζ of the naive arm.
+NAIVE = {"naive": (Gains().along, Gains().along_damping), "critical": (Gains().along, 1.0), "stiff": (STIFFEST, 1.0)}
 TRAY = Tray()
 
 
@@ -121,7 +122,7 @@ def controller(method: str, skill: Any, trial: Trial, obstacles: Any = None, pla
     robot, load = tray.arm(), TRAY.load
     if method == "skill":
         plan = plan or skill.plan(trial.start, trial.goal, route="geodesic")
-        options = {"robot": robot, "obstacles": obstacles, "load": load, "latency": LATENCY}
+        options: dict[str, Any] = {"robot": robot, "obstacles": obstacles, "load": load, "latency": LATENCY}
         return ReactiveController(skill, plan, duration=trial.duration, **options)
     return JointTracker(quintic(trial), robot, *NAIVE[method], load=load)
 
@@ -160,7 +161,7 @@ def in_parallel(function: Any, cases: Sequence[tuple[Any, ...]]) -> Iterator[Any
     from joblib import Parallel, delayed
 
     jobs = min(os.cpu_count() or 1, len(cases))
-    yield from Parallel(jobs, return_as="generator", batch_size=4)(delayed(function)(*case) for case in cases)
+    yield from Parallel(jobs, return_as="generator")(delayed(function)(*case) for case in cases)
 
 
 def _farthest(points: Array, way: Array) -> float:
