@@ -23,7 +23,7 @@ from skillfold.control.simulate import simulate
 from skillfold.control.timing import Reference, follow, time_path
 from skillfold.control.tracking import JointTracker
 from skillfold.experiments import tray
-from skillfold.motion import Array, Plan
+from skillfold.motion import Array
 from skillfold.robots.tray import Tray
 
 SAMPLES = 400
@@ -117,7 +117,7 @@ def calm_duration(path: Array) -> float:
     return reference.duration * max(1.0, float(np.sqrt(most / CALM)))
 
 
-def controller(method: str, skill: Any, trial: Trial, obstacles: Any = None, plan: Plan | None = None) -> Any:
+def controller(method: str, skill: Any, trial: Trial, obstacles: Any = None, plan: Any = None) -> Any:
     """One of `METHODS`, ready for a trial."""
     robot, load = tray.arm(), TRAY.load
     if method == "skill":
