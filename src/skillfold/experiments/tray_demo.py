@@ -1,7 +1,7 @@
 """The last chapter of `skillfold demo`: a tray with tumblers carried past a box that rises, and pushed on the way."""
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -21,6 +21,7 @@ from skillfold.robots.shapes import Box, Motion
 POSES = 200
 ENDS = np.array([[0.32, -0.48, 0.62], [0.32, 0.48, 0.62]])  # metres, of the tool
 BOX, SIZE = np.array([0.52, 0.0, 0.34]), (0.22, 0.14, 0.60)
+UP = np.array([0.0, 0.0, 1.0])
 RISE, WHEN = 0.07, (0.15, 0.35)  # metres that the box rises; from and to which share of the motion
 SHOVE, AT, LASTING = (10.0, 50.0, -20.0), 0.55, 0.3  # newtons, share of the motion, seconds
 NAIVE = "critical"
@@ -85,21 +86,26 @@ def run(rng: np.random.Generator) -> Carrying:
 
 def carried(skill: Any, fit: float = 0.0) -> Carrying:
     """Everything after the fit, which took that many seconds."""
-    start, goal = tray.optimum(ENDS, tray.LEVEL_WEIGHT)
-    box = Box(pose=BOX, size=SIZE, name="box")
-    begun = perf_counter()
-    plan = skill.plan(start, goal, obstacles=carrier().obstacles([box]), route="geodesic")
-    planned = perf_counter() - begun
+    plan, taken = planned(skill)
     duration = calm_duration(np.asarray(plan.path.states))
     push = Push(AT * duration, "link7", SHOVE, LASTING)
-    trial = Trial(plan.path.states[0], goal, duration, push)
-    motion = Motion(np.multiply(WHEN, duration), [BOX, BOX + [0.0, 0.0, RISE]])
-    scene = Scene([replace(box, motion=motion)])
+    trial = Trial(plan.path.states[0], plan.path.states[-1], duration, push)
+    motion = Motion(np.multiply(WHEN, duration), [BOX, BOX + RISE * UP])
+    scene = Scene([Box(pose=BOX, size=SIZE, name="box", motion=motion)])
     made = controller("skill", skill, trial, carrier().obstacles(scene), plan)
     skilled = simulate(tray.arm(), made, scene, [push], tray=TRAY)
     naive = carry(NAIVE, skill, trial)
-    seconds = {"fit": fit, "plan": planned, "step": float(np.median(skilled.step_times))}
+    seconds = {"fit": fit, "plan": taken, "step": float(np.median(skilled.step_times))}
     return Carrying(skill, trial, scene, plan, skilled, naive, seconds)
+
+
+def planned(skill: Any) -> tuple[Plan, float]:
+    """A plan past the box as it stands at first, and the seconds that it took."""
+    start, goal = tray.optimum(ENDS, tray.LEVEL_WEIGHT)
+    obstacles = carrier().obstacles([Box(pose=BOX, size=SIZE, name="box")])
+    begun = perf_counter()
+    plan = skill.plan(start, goal, obstacles=obstacles, route="geodesic")
+    return plan, perf_counter() - begun
 
 
 def distance(rollout: Rollout, skill: Any, every: int = 5) -> tuple[Array, Array]:
