@@ -43,6 +43,13 @@ def test_the_arm_beats_the_paper(story):
     assert facts["rmse"] < facts["paper_rmse"]
 
 
+def test_the_tray_is_carried_past_the_box_and_stands_the_push(story):
+    facts = json.loads(json.dumps(story[0].carrying.facts()))
+    assert facts["plan_success"] and facts["replans"] >= 1 and facts["contacts"] == 0 and facts["clearance"] > 0
+    assert facts["standing"]["skill"] == facts["tumblers"] > facts["standing"]["naive"]
+    assert facts["peak_tilt"]["skill"] < facts["peak_tilt"]["naive"] / 5
+
+
 def test_progress_goes_forward(story):
     shares = [share for _, share in story[1]]
     assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] == 1.0
