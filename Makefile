@@ -8,7 +8,7 @@ help:
 	@echo "make demo    learn, plan and project on real recordings; pictures in demo/"
 	@echo "make test    lint, types and the whole test suite"
 	@echo "make check   lint and types only"
-	@echo "make pictures  draw the README picture anew"
+	@echo "make pictures  draw the README pictures anew"
 	@echo "make bench   measure everything the README claims (DATA=folder adds recordings of your own)"
 
 $(BIN)/python:
@@ -37,7 +37,7 @@ bench: $(VENV)/.dev
 	$(BIN)/skillfold bench $(if $(DATA),--data $(DATA)) --json bench.json
 
 pictures: demo
-	cp demo/demo.png docs/pictures/demo.png
+	cp demo/demo.png demo/tray.png docs/pictures/
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def running(module: str) -> Iterator[None]:
-    """Run a module of this library beside what is done here; at the end it is waited for.
+def running(module: str, *arguments: str) -> Iterator[None]:
+    """Run a module of this library, with arguments, beside what is done here; at the end it is waited for.
 
     Both processes look on disk before they compile and write there what they compiled, so whatever is needed is
     compiled by one of them, seldom by both. Nothing depends on it: where the other fails, this one compiles all.
@@ -18,5 +18,5 @@ def running(module: str) -> Iterator[None]:
         yield
         return
     silent = subprocess.DEVNULL
-    with subprocess.Popen([sys.executable, "-m", module], stdin=silent, stdout=silent, stderr=silent):
+    with subprocess.Popen([sys.executable, "-m", module, *arguments], stdin=silent, stdout=silent, stderr=silent):
         yield

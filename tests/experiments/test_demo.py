@@ -1,6 +1,7 @@
 """The demo: what it computes, and that it goes on without the handwriting."""
 
 import json
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -43,6 +44,13 @@ def test_the_arm_beats_the_paper(story):
     assert facts["rmse"] < facts["paper_rmse"]
 
 
+def test_the_tray_is_carried_past_the_box_and_stands_the_push(story):
+    facts = json.loads(json.dumps(story[0].carrying.facts()))
+    assert facts["plan_success"] and facts["replans"] >= 1 and facts["contacts"] == 0 and facts["clearance"] > 0
+    assert facts["standing"]["skill"] == facts["tumblers"] > facts["standing"]["naive"]
+    assert facts["peak_tilt"]["skill"] < facts["peak_tilt"]["naive"] / 5
+
+
 def test_progress_goes_forward(story):
     shares = [share for _, share in story[1]]
     assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] == 1.0
@@ -54,6 +62,8 @@ def test_without_the_handwriting_the_arm_remains(monkeypatch):
 
     monkeypatch.setattr(demo, "lasa", absent)
     monkeypatch.setattr(demo, "PATHS", 3)
+    monkeypatch.setattr(demo, "_tray_compiled", nullcontext)
+    monkeypatch.setattr(demo.tray_demo, "run", lambda rng: None)
     made = demo.run(0)
     assert [chapter.name for chapter in made.chapters] == ["three-link arm"]
     assert "skillfold[data]" in made.notes[0]

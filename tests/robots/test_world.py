@@ -1,10 +1,13 @@
 """Worlds that can be stepped and looked at; obstacles that are put where they are."""
 
+import pickle
+
 import numpy as np
 import pytest
 
 import skillfold as sf
 from skillfold.errors import InputError, RobotError
+from skillfold.robots.poses import place_points
 from skillfold.robots.world import World
 
 PATH = sf.Motion([0.0, 1.0], [[0.6, 0.0, 0.5], [0.6, 0.5, 0.5]])
@@ -69,6 +72,19 @@ def test_tumblers_stand_on_the_tray(lwr4):
     assert np.allclose(np.linalg.norm(standing[:, :2] - pose[:2], axis=1), tray.circle)
     mass, center = tray.load
     assert mass == pytest.approx(tray.mass + 4 * tray.tumbler_mass) and 0.05 < center[2] < 0.11
+
+
+def test_with_a_tray_more_must_be_clear_and_the_load_is_known(lwr4):
+    tray, q, still = sf.Tray(), lwr4.home, np.zeros(7)
+    carrying = pickle.loads(pickle.dumps(lwr4.with_tray(tray)))
+    tool = lwr4.forward(q)
+    top = place_points(tool, np.array([0.0, 0.0, tray.height + tray.length + 0.03]))
+    ball = [sf.Sphere(center=top, radius=0.01)]
+    assert carrying.obstacles(ball, self_collision=False).clearance(q) == pytest.approx(0.02, abs=1e-4)
+    assert lwr4.obstacles(ball, self_collision=False).clearance(q) > 0.1
+    assert carrying.self_clearance(q) == pytest.approx(lwr4.self_clearance(q))
+    assert np.allclose(carrying.dynamics().bias(q, still), lwr4.dynamics(*tray.load).bias(q, still))
+    assert np.allclose(carrying.forward(q), tool) and carrying.names == lwr4.names
 
 
 @pytest.mark.parametrize("wrong", [{"mass": 0.0}, {"size": (1, 1)}, {"radius": np.nan}, {"height": np.inf}])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Demo:
-    """Learn from real handwriting and from a three-link arm; plan, project, and draw pictures of it."""
+    """Learn from real handwriting and two arms; plan, project, carry a tray, and draw pictures of it."""
 
     out: Annotated[Path, shown("FOLDER")] = Path("demo")
     """Folder for the pictures; made where it is missing."""
@@ -31,15 +31,25 @@ class Demo:
         folder = files.folder(self.out)
         from skillfold.experiments import demo
         from skillfold.viewing.demo_pictures import draw
+        from skillfold.viewing.tumbler_pictures import draw as draw_tray
 
         start = perf_counter()
         with console.progress() as progress, console.quiet():
             story = demo.run(chosen, progress)
             progress("drawing", 1.0)
-            pictures = [str(path) for path in draw(story, folder)]
-        facts = {"chapters": [c.facts() for c in story.chapters], "notes": list(story.notes), "pictures": pictures}
+            pictures, notes = [str(path) for path in draw(story, folder)], list(story.notes)
+            if story.carrying:
+                picture, missing = draw_tray(story.carrying, folder / "tray.png")
+                pictures.append(str(picture))
+                notes += [missing] if missing else []
+        facts: dict[str, Any] = {
+            "chapters": [c.facts() for c in story.chapters],
+            "notes": notes,
+            "pictures": pictures,
+        }
+        facts["tray"] = story.carrying.facts() if story.carrying else None
         facts["seconds"] = perf_counter() - start
-        for note in story.notes:
+        for note in notes:
             console.say(f"note: {note}")
         console.report(facts, self.json, *_demo_tables(facts))
         return 0
@@ -50,7 +60,7 @@ class Bench:
     """Measure every figure the library claims, beside its target and the paper's figure."""
 
     groups: Annotated[tuple[str, ...], shown("GROUP", "(all when left out)")] = ()
-    """Some of arm, sets, upright, noise, around, control, recordings, large, speed."""
+    """Some of arm, sets, upright, noise, around, control, tumblers, recordings, large, speed."""
     data: Annotated[Path | None, shown("FOLDER", "(point sets drawn, robot tasks left out)")] = None
     """Folder with ecomann/ and robotasks/."""
     json: Annotated[tuple[Path, ...] | None, shown("[FILE]", "")] = None
@@ -94,7 +104,26 @@ def _demo_tables(facts: dict[str, Any]) -> list[Any]:
         for c in facts["chapters"]
         if c["rmse"] is not None
     ]
-    return [table, LEGEND, *optimal, f"{facts['seconds']:.0f} s; pictures: {', '.join(facts['pictures'])}"]
+    return [
+        table,
+        LEGEND,
+        *optimal,
+        *_tray_lines(facts["tray"]),
+        f"{facts['seconds']:.0f} s; pictures: {', '.join(facts['pictures'])}",
+    ]
+
+
+def _tray_lines(tray: dict[str, Any] | None) -> list[str]:
+    if tray is None:
+        return []
+    stand, tilt = tray["standing"], tray["peak_tilt"]
+    return [
+        f"tray with tumblers, {tray['poses']} poses, learnt in {tray['fit_seconds']:.1f} s: planned past a box in "
+        f"{1e3 * tray['plan_seconds']:.0f} ms, planned anew {tray['replans']} times as the box rose, "
+        f"{tray['contacts']} contacts; pushed, {stand['skill']} of {tray['tumblers']} tumblers stand (naive arm: "
+        f"{stand['naive']}), the tray tilts by {tilt['skill']:.3f} rad at most (naive arm: {tilt['naive']:.3f}); "
+        f"{1e6 * tray['step_seconds']:.0f} µs a control step."
+    ]
 
 
 def _cells_of(chapter: dict[str, Any]) -> list[str]:

@@ -95,7 +95,8 @@ class _Run:
     ) -> None:
         self.world, self.controller, self.rng, self.noise = world, controller, rng, noise
         self.pushes = [(world.body(push.body), push) for push in pushes]
-        self.obstacles = world.robot.obstacles(world.scene).at(0.0)
+        carrier = world.robot if world.tray is None else world.robot.with_tray(world.tray)
+        self.obstacles = carrier.obstacles(world.scene).at(0.0)
         self.compiled = self.obstacles.compiled()
         self.limits = world.robot.torque_limits
         self.rows: list[tuple[Any, ...]] = []

@@ -6,6 +6,7 @@ import numpy as np
 
 from skillfold.control.commands import Command
 from skillfold.control.timing import Reference
+from skillfold.robots.inverse import inverses
 
 if TYPE_CHECKING:
     from skillfold.robots.robot import Robot
@@ -29,7 +30,7 @@ class JointTracker:
     ) -> None:
         """Get ready: `stiffness` is ω² [1/s²], `damping` ζ; `load` as for `ReactiveController`."""
         self.reference, self.done = reference, False
-        self._dynamics, self._limits = robot.dynamics(*load), robot.torque_limits
+        self._dynamics, self._limits = robot.dynamics(*load).compiled(), robot.torque_limits
         self._stiffness, self._damping = stiffness, 2.0 * damping * float(np.sqrt(stiffness))
 
     def command(self, t: float, q: Any, qd: Any) -> Command:
@@ -38,6 +39,9 @@ class JointTracker:
         self.done = t >= self.reference.duration
         back = self._stiffness * (wanted[0] - q) + self._damping * (wanted[1] - qd)
         acceleration = wanted[2] + back
-        torque = np.clip(self._dynamics.torque(q, qd, acceleration), -self._limits, self._limits)
+        torque = np.empty((1, len(acceleration)))
+        states = (np.asarray(row, np.float64)[None] for row in (q, qd, acceleration))
+        inverses(*states, self._dynamics.arguments, torque)
+        torque = np.clip(torque[0], -self._limits, self._limits)
         away = float(np.linalg.norm(wanted[0] - q))
         return Command(torque, "tracking", acceleration, wanted, np.nan, away, np.inf)

@@ -21,6 +21,7 @@ from skillfold.experiments import (
     recordings,
     table_one,
     timing,
+    tumblers,
     upright,
 )
 from skillfold.experiments.rows import Progress, Row, Settings
@@ -34,6 +35,7 @@ GROUPS: dict[str, tuple[Experiment, ...]] = {
     "noise": (reaching.measure_noise, projection.measure_noise),
     "around": (around.measure,),
     "control": (table_one.measure, reacting.measure),
+    "tumblers": (tumblers.measure,),
     "recordings": (recordings.measure, drawing.measure),
     "large": (large.measure,),
     "speed": (timing.measure,),

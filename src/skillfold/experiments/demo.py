@@ -1,13 +1,17 @@
-"""What `skillfold demo` shows: skills learnt from real handwriting and from a three-link arm, put to use.
+"""What `skillfold demo` shows: skills learnt from real handwriting and from two arms, put to use.
 
 Each chapter learns one skill, plans motions between ends that were not demonstrated, disturbs states and brings
-them back, and measures all of it. Nothing is drawn or printed here.
+them back, and measures all of it; the last one carries a tray past a box (`tray_demo`). Nothing is drawn or printed
+here.
 """
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any
 
@@ -15,11 +19,13 @@ import numpy as np
 
 from skillfold import ahead
 from skillfold.errors import MissingExtraError
+from skillfold.experiments import tray_ahead, tray_demo
 from skillfold.experiments.leave_one_out import resample
 from skillfold.experiments.loaders import RecordedTask, lasa
 from skillfold.experiments.reaching import grid, inside_grid, path_rmse
 from skillfold.experiments.rows import Progress, Settings
 from skillfold.experiments.three_link import REACHING, optimal
+from skillfold.experiments.tray_demo import Carrying
 from skillfold.motion import Array, Plan
 
 SHAPES = ("Sshape", "GShape", "Zshape", "Multi_Models_3")
@@ -114,10 +120,11 @@ class Chapter:
 
 @dataclass(frozen=True)
 class Story:
-    """All chapters, and what a user should know about those that are missing."""
+    """All chapters, what a user should know about those that are missing, and the tray that is carried."""
 
     chapters: tuple[Chapter, ...]
     notes: tuple[str, ...]
+    carrying: Carrying | None = None
 
 
 def run(seed: int = 0, progress: Progress | None = None, shapes: Sequence[str] = SHAPES) -> Story:
@@ -131,14 +138,18 @@ def run(seed: int = 0, progress: Progress | None = None, shapes: Sequence[str] =
     progress = progress or Settings(0).progress
     tasks, notes = _recordings(shapes)
     _compile(progress)
-    chapters = []
-    for index, task in enumerate(tasks):
-        progress(f"handwriting: {TITLES.get(task.name, task.name)}", 0.5 + 0.4 * index / len(tasks))
-        chapters.append(handwriting(task, np.random.default_rng([seed, index])))
-    progress("three-link arm", 0.9)
-    chapters.append(three_link_arm(np.random.default_rng(seed)))
-    progress("three-link arm", 1.0)
-    return Story(tuple(chapters), notes)
+    with _tray_compiled():
+        chapters = []
+        for index, task in enumerate(tasks):
+            progress(f"handwriting: {TITLES.get(task.name, task.name)}", 0.4 + 0.3 * index / len(tasks))
+            chapters.append(handwriting(task, np.random.default_rng([seed, index])))
+        progress("three-link arm", 0.7)
+        chapters.append(three_link_arm(np.random.default_rng(seed)))
+        progress("compiling (once on each machine): the tray", 0.8)
+    progress("tray with tumblers", 0.9)
+    carrying = tray_demo.run(np.random.default_rng(seed))
+    progress("tray with tumblers", 1.0)
+    return Story(tuple(chapters), notes, carrying)
 
 
 def handwriting(task: RecordedTask, rng: np.random.Generator) -> Chapter:
@@ -196,14 +207,26 @@ def _compile(progress: Progress) -> None:
         progress("compiling (once on each machine): learning", 0.0)
         poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
         skill, _ = _learn(poses, dim=2, kernels=5)
-        progress("compiling (once on each machine): planning", 0.25)
+        progress("compiling (once on each machine): planning", 0.2)
         skill.plan(poses[0], poses[1])
-    progress("compiling (once on each machine): projecting", 0.45)
+    progress("compiling (once on each machine): projecting", 0.35)
     skill.project(skill.sample(4))
     skill.inside(poses)
     wave = np.linspace(0.0, 3.0, 40)
     skill, _ = _learn([np.column_stack([wave, np.sin(wave) + shift]) for shift in (0.0, 0.05)], dim=1, kernels=5)
     skill.plan(np.zeros(2), np.array([3.0, 0.1]))
+
+
+@contextmanager
+def _tray_compiled() -> Iterator[None]:
+    """What the tray needs is compiled beside what is done here; what is left at the end, by both from either end."""
+    small = tray_ahead.small_skill()
+    with TemporaryDirectory() as folder:
+        small.save(Path(folder) / "small.npz")
+        with ahead.running("skillfold.experiments.tray_ahead", str(Path(folder) / "small.npz")):
+            yield
+            tray_ahead.planning(small)
+            tray_ahead.control(small)
 
 
 def _learn(demos: Any, **options: Any) -> tuple[Any, float]:

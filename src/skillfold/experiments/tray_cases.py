@@ -18,6 +18,8 @@ from skillfold.experiments.oracle import Oracle, length
 from skillfold.motion import Array
 
 if TYPE_CHECKING:
+    from skillfold.robots.obstacles import Obstacles
+    from skillfold.robots.robot import Robot
     from skillfold.robots.scene import Scene
     from skillfold.robots.shapes import Box
 
@@ -58,14 +60,16 @@ Boxes = Callable[[np.random.Generator, Array], "list[Box]"]
 """Boxes in the way of tool positions (n, 3)."""
 
 
-def past_boxes(count: int, rng: np.random.Generator, weight: float = tray.LEVEL_WEIGHT) -> list[SceneCase]:
-    """Cases with a box in the way and up to three beside it."""
-    return _cases(count, rng, weight, _box_and_more)
+def past_boxes(
+    count: int, rng: np.random.Generator, weight: float = tray.LEVEL_WEIGHT, robot: "Robot | None" = None
+) -> list[SceneCase]:
+    """Cases with a box in the way and up to three beside it; `robot` is the arm, perhaps with a tray."""
+    return _cases(count, rng, weight, _box_and_more, robot or tray.arm())
 
 
 def hard_cases(count: int, rng: np.random.Generator, weight: float = tray.LEVEL_WEIGHT) -> list[SceneCase]:
     """Cases with a wall, low with a tall part, and two or three boxes."""
-    return _cases(count, rng, weight, _wall_and_more)
+    return _cases(count, rng, weight, _wall_and_more, tray.arm())
 
 
 @cache
@@ -82,32 +86,38 @@ def oracle(weight: float) -> Oracle:
     return Oracle.build(lattice, poses, NEIGHBOURS, LONGEST_EDGE, partial(tray.levelled, weight=weight), SPACING)
 
 
-def _cases(count: int, rng: np.random.Generator, weight: float, boxes: Boxes) -> list[SceneCase]:
+def _cases(count: int, rng: np.random.Generator, weight: float, boxes: Boxes, robot: "Robot") -> list[SceneCase]:
     cases: list[SceneCase] = []
     while len(cases) < count:
         pairs = tray.tray_poses(2 * PAIRS, rng, weight).reshape(PAIRS, 2, -1)
         far = np.linalg.norm(np.diff(tray.positions(pairs), axis=1)[:, 0], axis=1) >= APART
-        made = (_case(start, goal, rng, weight, boxes) for start, goal in pairs[far])
+        made = (_case(ends, rng, weight, boxes, robot) for ends in pairs[far])
         cases += islice((case for case in made if case), count - len(cases))
     return cases
 
 
-def _case(start: Array, goal: Array, rng: np.random.Generator, weight: float, boxes: Boxes) -> SceneCase | None:
-    """The case, if the ends are clear, the straight way is blocked and there is another."""
+def _case(ends: Array, rng: np.random.Generator, weight: float, boxes: Boxes, robot: "Robot") -> SceneCase | None:
+    """The case, if the ends (2, 7) are clear, the straight way is blocked and there is another."""
     from skillfold.robots.scene import Scene
 
+    start, goal = ends
     direct = oracle(weight).direct(start, goal)
     if direct is None:
         return None
     scene = Scene(boxes(rng, tray.positions(direct)))
-    obstacles = tray.arm().obstacles(scene)
+    obstacles = robot.obstacles(scene)
     if obstacles.clearance(direct[[0, -1]]).min() < 2 * CLEAR or obstacles.clearance(direct).min() > -DEEP:
         return None
+    path = way_round(start, goal, obstacles, weight)
+    return None if path is None else SceneCase(start, goal, scene, path)
+
+
+def way_round(start: Array, goal: Array, obstacles: "Obstacles", weight: float = tray.LEVEL_WEIGHT) -> Array | None:
+    """Optimal poses (n, 7) from start to goal that keep `CLEAR`; None where none are known."""
     # A centimetre more at the grid's poses leaves room for what lies between them.
     path = oracle(weight).path(start, goal, obstacles.clearance(oracle(weight).poses) > CLEAR + 0.01)
-    if path is None or obstacles.clearance(path).min() < CLEAR or not tray.inside_limits(path).all():
-        return None
-    return SceneCase(start, goal, scene, path)
+    known = path is not None and obstacles.clearance(path).min() >= CLEAR and tray.inside_limits(path).all()
+    return path if known else None
 
 
 def _box_and_more(rng: np.random.Generator, way: Array) -> "list[Box]":

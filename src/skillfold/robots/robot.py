@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Self
@@ -10,15 +11,18 @@ import numpy as np
 
 from skillfold.errors import InputError
 from skillfold.robots import kinematics
+from skillfold.robots.dynamics import Dynamics, frame_of
+from skillfold.robots.engine import mujoco
+from skillfold.robots.frames import frames_of, last_frame
 from skillfold.robots.joints import Joints, Limits, machine_of, read_joints
 from skillfold.robots.loading import Description, compiled, describe
 from skillfold.robots.poses import compose, place_points, read_pose, turn
 from skillfold.robots.reading import read_joint_positions
+from skillfold.robots.tray import Tray, fix_tray
 from skillfold.spaces import StateSpace
 from skillfold.tables import Array, Indices
 
 if TYPE_CHECKING:
-    from skillfold.robots.dynamics import Dynamics
     from skillfold.robots.obstacles import Obstacles
     from skillfold.robots.scene import Scene
 
@@ -57,10 +61,11 @@ class Robot:
         self.names = self.joints.names
         self.dof = self.joints.dof
         self.floating = self.joints.base is not None
-        self._frames = _frames(self.model)
+        self._frames = frames_of(self.model)
         self.frames = tuple(self._frames)
-        self.tool = next((name for name in TOOLS if name in self._frames), None) or _last(self.model)
+        self.tool = next((name for name in TOOLS if name in self._frames), None) or last_frame(self.model)
         self._local = threading.local()
+        self._carried: Tray | None = None
 
     @classmethod
     def load(cls, name_or_path: str | PathLike[str]) -> Self:
@@ -74,8 +79,20 @@ class Robot:
         """
         return cls(describe(name_or_path))
 
+    def with_tray(self, tray: Tray) -> "Robot":
+        """This robot with a tray fixed to its tool, and on it the room that standing tumblers take.
+
+        For what plans and looks out: its obstacles keep the tray clear too, and its dynamics know the load. It is not
+        for `simulate`, which puts a tray and tumblers that can fall on the robot itself.
+        """
+        spec = self.spec()
+        fix_tray(spec, *frame_of(spec, self.tool), tray, mujoco.mjtGeom)
+        carrying = Robot(replace(self._description, spec=spec))
+        carrying._carried = tray
+        return carrying
+
     def __reduce__(self) -> tuple[Any, ...]:
-        return (Robot.load, (self.source,))
+        return _again, (self.source, self._carried)
 
     def __repr__(self) -> str:
         base = ", floating base" if self.floating else ""
@@ -214,15 +231,13 @@ class Robot:
 
         return Obstacles.build(self, scene, self_collision, limits, movable, base, margin)
 
-    def dynamics(self, mass: float = 0.0, center: Any = (0.0, 0.0, 0.0)) -> "Dynamics":
+    def dynamics(self, mass: float = 0.0, center: Any = (0.0, 0.0, 0.0)) -> Dynamics:
         """The torques that this robot's motion asks for, with a load fixed to its tool.
 
         Args:
             mass: of the load [kg].
             center: of its mass, (3,) [m] in the tool frame.
         """
-        from skillfold.robots.dynamics import Dynamics
-
         return Dynamics(self, mass, center)
 
     def spec(self) -> Any:
@@ -255,30 +270,13 @@ class Robot:
         return self._frames[wanted]
 
 
+def _again(source: str, carried: Tray | None) -> Robot:
+    robot = Robot.load(source)
+    return robot if carried is None else robot.with_tray(carried)
+
+
 def _lean(spec: Any) -> Any:
     """A copy without what only pleases the eye: every shape costs time in every pose."""
     lean = spec.copy()
     lean.compiler.discardvisual = True
     return lean
-
-
-def _frames(model: Any) -> dict[str, tuple[int, Array, Array]]:
-    """Body, position and quaternion in it of every named site and body; a site hides a body of its name."""
-    frames = {}
-    for i in range(model.nsite):
-        frames[model.site(i).name] = (int(model.site_bodyid[i]), model.site_pos[i].copy(), model.site_quat[i].copy())
-    still = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
-    for i in range(1, model.nbody):
-        frames.setdefault(model.body(i).name, (i, *still))
-    frames.pop("", None)
-    return frames
-
-
-def _last(model: Any) -> str:
-    """The named body at the end of the longest chain of joints."""
-    depth = np.zeros(model.nbody, int)
-    for body in range(1, model.nbody):
-        # Of bodies behind the same joints the last counts: frames are fixed to links, not links to frames.
-        depth[body] = depth[model.body_parentid[body]] + 1000 * int(model.body_jntnum[body]) + 1
-    named = [body for body in range(1, model.nbody) if model.body(body).name]
-    return model.body(max(named, key=lambda body: depth[body])).name if named else ""

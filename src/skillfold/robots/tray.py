@@ -89,3 +89,25 @@ def add_tray(spec: Any, body: Any, pose: Array, tray: Tray, kinds: Any) -> None:
             rgba=[0.35, 0.6, 0.85, 0.9],
             **look,
         )
+
+
+def fix_tray(spec: Any, body: Any, pose: Array, tray: Tray, kinds: Any) -> None:
+    """Fix the tray to a body, and on it the room that standing tumblers take, with their mass.
+
+    Arguments as for `add_tray`. Neither meets the robot itself: the tray is built so that it does not.
+    """
+    place = body.add_frame(pos=pose[:3], quat=pose[3:])
+    look = {"contype": TRAY_MASK, "conaffinity": TRAY_MASK}
+    plate = body.add_body(name=TRAY, pos=[0, 0, tray.height - tray.size[2] / 2])
+    plate.set_frame(place)
+    half = [edge / 2 for edge in tray.size]
+    plate.add_geom(name=TRAY, type=kinds.mjGEOM_BOX, size=half, mass=tray.mass, **look)
+    if tray.tumblers:
+        plate.add_geom(
+            name=f"{TUMBLER}s",
+            type=kinds.mjGEOM_CYLINDER,
+            pos=[0, 0, (tray.size[2] + tray.length) / 2],
+            size=[tray.radius + (tray.circle if tray.tumblers > 1 else 0.0), tray.length / 2, 0],
+            mass=tray.tumblers * tray.tumbler_mass,
+            **look,
+        )
