@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from skillfold.cli import console, files
 from skillfold.cli.options import Flag, seed, shown
+from skillfold.cli.screen import draw_off_screen
 from skillfold.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ class Demo:
         """Learn, draw, report."""
         chosen = seed(self.seed)
         folder = files.folder(self.out)
+        draw_off_screen()
         from skillfold.experiments import demo
         from skillfold.viewing.demo_pictures import draw
         from skillfold.viewing.tumbler_pictures import draw as draw_tray

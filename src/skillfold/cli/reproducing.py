@@ -10,6 +10,7 @@ import tyro
 from skillfold.cli import console, files
 from skillfold.cli.measuring import rows_table
 from skillfold.cli.options import Flag, seed, shown
+from skillfold.cli.screen import draw_off_screen
 from skillfold.errors import InputError
 
 NAMES = "Some of patches (section V-B3), table-one (V-C and VI), boxes and tumblers (VI, among obstacles and pushed)."
@@ -31,6 +32,7 @@ class Reproduce:
         """Run, draw, report."""
         chosen = secrets.randbits(32) if self.seed is None else seed(self.seed)
         folder = files.folder(self.out)
+        draw_off_screen()
         from skillfold.experiments.rows import Settings
         from skillfold.viewing.reproduced import EXPERIMENTS
 

@@ -1,7 +1,5 @@
 """`skillfold simulate`: a planned motion in closed loop, with pushes and obstacles."""
 
-import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,6 +8,7 @@ import tyro
 
 from skillfold.cli import console, files
 from skillfold.cli.options import Flag, seed, shown
+from skillfold.cli.screen import draw_off_screen
 from skillfold.errors import InputError
 
 if TYPE_CHECKING:
@@ -144,8 +143,7 @@ def _video(path: Path) -> Path:
     """The path, if it can be written; before MuJoCo is loaded, which must know that there is no display."""
     from skillfold.io.video_files import check_video
 
-    if sys.platform.startswith("linux") and not any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))):
-        os.environ.setdefault("MUJOCO_GL", "egl")
+    draw_off_screen()
     return files.writable(check_video(path)) if path.suffix else files.folder(path)
 
 

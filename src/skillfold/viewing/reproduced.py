@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from skillfold.experiments import around_arm, around_shown, around_tray, table_one
+import numpy as np
+
+from skillfold.experiments import around_arm, around_shown, around_tray, table_one, tray_demo, tumblers
 from skillfold.experiments.rows import Row, Settings
-from skillfold.viewing import around_pictures, table_pictures, tray_pictures
+from skillfold.viewing import around_pictures, table_pictures, tray_pictures, tumbler_pictures
 
 Reproduced = Callable[[Settings, Path], tuple[list[Row], Path]]
 """Given settings and a folder for the picture."""
@@ -38,4 +40,12 @@ def boxes(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
     return around_tray.rows(task, runs), tray_pictures.draw(runs[0].skill, shown, folder / "boxes.png")
 
 
-EXPERIMENTS: dict[str, Reproduced] = {"patches": patches, "table-one": table, "boxes": boxes}
+def pushed(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Section VI in dynamics: three tumblers on a carried tray, pushed, and past boxes that move."""
+    rows = tumblers.measure(settings)
+    settings.progress("drawing", 0.95)
+    picture, _ = tumbler_pictures.draw(tray_demo.run(np.random.default_rng(settings.seed)), folder / "tumblers.png")
+    return rows, picture
+
+
+EXPERIMENTS: dict[str, Reproduced] = {"patches": patches, "table-one": table, "boxes": boxes, "tumblers": pushed}
