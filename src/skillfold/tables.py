@@ -14,7 +14,7 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np.numpy_support import carray
 
-from skillfold.jit import njit
+from skillfold.jit import inner
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -65,49 +65,49 @@ def _pointer_to(kind: types.Type) -> Any:
 _real_pointer, _integer_pointer = _pointer_to(types.float64), _pointer_to(types.int64)
 
 
-@njit
+@inner
 def reals_at(where: int, shape: Any) -> Any:
     """Array of float64 at an address, which must stay alive."""
     return carray(_real_pointer(where), shape)
 
 
-@njit
+@inner
 def integers_at(where: int, shape: Any) -> Any:
     """Array of int64 at an address, which must stay alive."""
     return carray(_integer_pointer(where), shape)
 
 
-@njit
+@inner
 def vector(table: Indices, slot: int) -> Array:
     """Array (n,) of numbers."""
     return reals_at(table[ENTRY * slot], (table[ENTRY * slot + 1] * table[ENTRY * slot + 2],))
 
 
-@njit
+@inner
 def matrix(table: Indices, slot: int) -> Array:
     """Array (rows, columns) of numbers."""
     return reals_at(table[ENTRY * slot], (table[ENTRY * slot + 1], table[ENTRY * slot + 2]))
 
 
-@njit
+@inner
 def indices(table: Indices, slot: int) -> Indices:
     """Array (n,) of indices."""
     return integers_at(table[ENTRY * slot], (table[ENTRY * slot + 1] * table[ENTRY * slot + 2],))
 
 
-@njit
+@inner
 def index_matrix(table: Indices, slot: int) -> Indices:
     """Array (rows, columns) of indices."""
     return integers_at(table[ENTRY * slot], (table[ENTRY * slot + 1], table[ENTRY * slot + 2]))
 
 
-@njit
+@inner
 def address(table: Indices, slot: int) -> int:
     """Where a slot's array lies."""
     return table[ENTRY * slot]
 
 
-@njit
+@inner
 def scalar(table: Indices, slot: int) -> int:
     """The one index of a slot."""
     return integers_at(table[ENTRY * slot], (1,))[0]

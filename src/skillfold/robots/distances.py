@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inner, njit
 from skillfold.robots import kinematics as kin
 from skillfold.robots.kinematics import add_motion, place
 from skillfold.robots.mujoco_calls import geom_distance
@@ -43,7 +43,7 @@ FAR = 1e6  # metres: farther than any scene is wide
 TOUCH = 1e-9  # metres: below this the segment between nearest points has no direction left
 
 
-@njit
+@inner
 def stand(q: Array, c: Indices) -> None:
     """Bring robot and moving obstacles to their places."""
     position, turn = matrix(c, MOCAP_POS), matrix(c, MOCAP_QUAT)
@@ -56,7 +56,7 @@ def stand(q: Array, c: Indices) -> None:
     place(q, c)
 
 
-@njit
+@inner
 def finite(q: Array) -> bool:
     """Whether all numbers are: MuJoCo finds nothing near a robot that is nowhere."""
     total = 0.0
@@ -65,13 +65,13 @@ def finite(q: Array) -> bool:
     return total < math.inf
 
 
-@njit
+@inner
 def gap(a: Array, i: int, b: Array, j: int) -> float:
     """Distance of row i of `a` and row j of `b`."""
     return math.sqrt((a[i, 0] - b[j, 0]) ** 2 + (a[i, 1] - b[j, 1]) ** 2 + (a[i, 2] - b[j, 2]) ** 2)
 
 
-@njit
+@inner
 def box_gap(a: int, b: int, c: Indices) -> float:
     """Lower bound of the distance of two shapes: from the spine of `a` to the bounding box of `b`, less a's girth."""
     centres, axes, boxes = matrix(c, CENTRES), matrix(c, AXES), matrix(c, BOXES)
@@ -87,21 +87,21 @@ def box_gap(a: int, b: int, c: Indices) -> float:
     return math.sqrt(total) - vector(c, GIRTHS)[a] if total > 0.0 else -math.inf
 
 
-@njit
+@inner
 def nearer(a: int, b: int, reach: float, c: Indices) -> bool:
     """Whether two shapes may be nearer than `reach`, by their bounds alone."""
     radii, centres = vector(c, RADII), matrix(c, CENTRES)
     return gap(centres, a, centres, b) - radii[a] - radii[b] < reach and box_gap(a, b, c) < reach
 
 
-@njit
+@inner
 def measured(a: int, b: int, farthest: float, c: Indices) -> float:
     """Signed distance of two shapes, at most `farthest`; TRIAL holds their nearest points."""
     model, data = scalar(c, kin.MODEL), scalar(c, kin.DATA)
     return geom_distance(model, data, np.int32(a), np.int32(b), farthest, address(c, TRIAL))
 
 
-@njit
+@inner
 def keep(a: int, b: int, c: Indices) -> None:
     """Remember a pair and the nearest points in TRIAL."""
     winner, segment, trial = indices(c, WINNER), vector(c, SEGMENT), vector(c, TRIAL)
@@ -110,7 +110,7 @@ def keep(a: int, b: int, c: Indices) -> None:
         segment[i] = trial[i]
 
 
-@njit
+@inner
 def closest_spheres(c: Indices) -> int:
     """The pair whose bounding spheres are closest, -1 without pairs; GAPS between all of them."""
     pairs, centres, radii, gaps = index_matrix(c, PAIRS), matrix(c, CENTRES), vector(c, RADII), vector(c, GAPS)
@@ -123,7 +123,7 @@ def closest_spheres(c: Indices) -> int:
     return first
 
 
-@njit
+@inner
 def nearest_pair(best: float, c: Indices) -> float:
     """Smallest distance over the pairs of shapes, at most `best`."""
     pairs, gaps = index_matrix(c, PAIRS), vector(c, GAPS)
@@ -143,7 +143,7 @@ def nearest_pair(best: float, c: Indices) -> float:
     return best
 
 
-@njit
+@inner
 def nearest_point(g: int, best: float, c: Indices) -> float:
     """Smallest distance of one shape of the robot to all points, at most `best`."""
     centres, radii, points = matrix(c, CENTRES), vector(c, RADII), matrix(c, POINTS)
@@ -165,7 +165,7 @@ def nearest_point(g: int, best: float, c: Indices) -> float:
     return best
 
 
-@njit
+@inner
 def nearest_limit(q: Array, best: float, c: Indices) -> float:
     """Smallest way of a coordinate to a limit that counts, at most `best`."""
     lower, upper, winner = vector(c, LOWER), vector(c, UPPER), indices(c, WINNER)
@@ -179,7 +179,7 @@ def nearest_limit(q: Array, best: float, c: Indices) -> float:
     return best
 
 
-@njit
+@inner
 def slope(a: int, b: int, segment: Array, distance: float, c: Indices, out: Array) -> None:
     """Derivative (dof,) of the distance of two shapes with these nearest points (6,), by q."""
     out[:] = 0.0

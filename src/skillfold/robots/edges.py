@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inner, njit
 from skillfold.robots import kinematics as kin
 from skillfold.robots.distances import (
     BOUNDS,
@@ -27,7 +27,7 @@ from skillfold.tables import Array, Indices, index_matrix, indices, matrix, vect
 SLACK = 1e-4  # metres: an edge nearer than this to the margin is not called clear, so that steps stay finite
 
 
-@njit
+@inner
 def speed_of(bounds: Array, p: int, step: Array, c: Indices) -> float:
     """Longest way [m] of the points of one pair against each other along a straight step (dof,)."""
     columns, ratios = indices(c, kin.COLUMNS), vector(c, kin.RATIOS)
@@ -37,7 +37,7 @@ def speed_of(bounds: Array, p: int, step: Array, c: Indices) -> float:
     return total
 
 
-@njit
+@inner
 def pair_advance(advance: float, margin: float, step: Array, c: Indices) -> float:
     """Share of the step that no pair of shapes can use up, at most `advance`; negative where one has too little."""
     pairs, bounds = index_matrix(c, PAIRS), matrix(c, BOUNDS)
@@ -55,7 +55,7 @@ def pair_advance(advance: float, margin: float, step: Array, c: Indices) -> floa
     return advance
 
 
-@njit
+@inner
 def point_advance(advance: float, margin: float, step: Array, c: Indices) -> float:
     """The same for the points of clouds."""
     bounds = matrix(c, FEELER_BOUNDS)
@@ -70,7 +70,7 @@ def point_advance(advance: float, margin: float, step: Array, c: Indices) -> flo
     return advance
 
 
-@njit
+@inner
 def limit_room(q: Array, c: Indices) -> float:
     """Smallest way of a coordinate to a limit that counts."""
     lower, upper = vector(c, LOWER), vector(c, UPPER)

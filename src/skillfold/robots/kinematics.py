@@ -6,7 +6,7 @@ but for that data, which they overwrite: one table per thread. The tests hold a 
 
 import numpy as np
 
-from skillfold.jit import njit
+from skillfold.jit import inner, njit
 from skillfold.robots.mujoco_calls import kinematics
 from skillfold.tables import Array, Indices, index_matrix, indices, matrix, scalar, vector
 
@@ -22,7 +22,7 @@ MASSES = 16  # (n_bodies,) of what belongs to the robot
 SLOTS = 17
 
 
-@njit
+@inner
 def place(q: Array, m: Indices) -> None:
     """Bring the robot to joint positions q (dof,)."""
     qpos, rest, places = vector(m, QPOS), vector(m, REST), indices(m, PLACES)
@@ -34,7 +34,7 @@ def place(q: Array, m: Indices) -> None:
     kinematics(scalar(m, MODEL), scalar(m, DATA))
 
 
-@njit
+@inner
 def add_motion(m: Indices, k: int, point: Array, scale: float, out: Array) -> None:
     """Add to `out` (3,) `scale` times the velocity of a point that joint k moves at unit speed."""
     joint = indices(m, JOINTS)[k]
@@ -51,7 +51,7 @@ def add_motion(m: Indices, k: int, point: Array, scale: float, out: Array) -> No
     out[2] += scale * (x * b - y * a)
 
 
-@njit
+@inner
 def frame_point(m: Indices, body: int, offset: Array, out: Array) -> None:
     """World position of the point `offset` (3,) of a body's frame."""
     position, turn = matrix(m, XPOS), matrix(m, XQUAT)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skillfold.jit import inner, njit
+from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import longest
 from skillfold.manifold.kernels.geodesic import newton_steps
 from skillfold.manifold.kernels.pushes import SIGHT, push_off_limits, push_off_obstacles
@@ -29,7 +29,7 @@ STRIDE = 0.5  # of the clearance that a state may go in one step: none tunnels t
 FREED = 0.3  # of the margin that one may go where it has no clearance
 
 
-@inner
+@inlined
 def frame_path(
     surface: Surface, field: Field, path: Array, inner: Array, normals: Array, tangents: Array, scratch: Scratch
 ) -> None:
@@ -105,7 +105,7 @@ def make_bending(n: int, d: int, D: int, capacity: int) -> Bending:
     )
 
 
-@inner
+@inlined
 def bend_once(
     chart: Chart, barrier: Barrier, path: Array, chain: Array, margin: float, steepest: float, cap: float, b: Bending
 ) -> tuple:

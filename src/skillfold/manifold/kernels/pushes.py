@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import inner
+from skillfold.jit import inlined, inner
 from skillfold.manifold.kernels.small import norm
 from skillfold.manifold.kernels.walking import Barrier, Chart, to_slope
 
@@ -16,7 +16,7 @@ SIGHT = 3.0  # margins, up to which clearance is told
 INSET = 0.005  # rms radii that a path keeps from limits
 
 
-@inner
+@inlined
 def push_off_obstacles(
     chart: Chart,
     barrier: Barrier,
@@ -47,7 +47,7 @@ def push_off_obstacles(
     return least, steepest
 
 
-@inner
+@inlined
 def push_off_limits(
     chart: Chart, state: Array, normal: Array, tangents: Array, slope: Array, stiffness: Array, force: Array
 ) -> None:
