@@ -23,7 +23,7 @@ from skillfold.spaces import StateSpace
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 KEPT = 0.25  # of the margin that edges must keep; where an end has less, half of what it has
-RENEWING = 20  # steps in which an earlier path is bent
+RENEWING = 10  # steps in which an earlier path is bent
 FIRST = 50  # states of the shortest path that is tried first
 
 
