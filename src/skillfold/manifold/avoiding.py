@@ -24,7 +24,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 KEPT = 0.25  # of the margin that edges must keep; where an end has less, half of what it has
 RENEWING = 10  # steps in which an earlier path is bent
-FIRST = 50  # states of the shortest path that is tried first
+FIRST = 30  # states of the shortest path that is tried first
 
 
 @dataclass(frozen=True)

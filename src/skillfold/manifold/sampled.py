@@ -12,8 +12,7 @@ from skillfold.manifold.terrain import Terrain
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 STEP = 0.15  # rms radii between nodes of a tree
-TARGETS = 2000  # toward which trees grow at most
-ATTEMPTS = 4  # of trees, where what they find is no path on the surface
+TARGETS = (400, 2000, 2000, 2000)  # toward which trees grow, before they start anew
 ROOM = 4000  # nodes of both trees together
 SHORTCUTS, MORE_SHORTCUTS = 30, 150  # tried before a path is made smooth, and where it cannot be
 COARSE = (24, 48, 96)  # states of the path that is made smooth, the more where the fewer do not keep clear
@@ -41,16 +40,16 @@ class Found:
 def sampled_path(terrain: Terrain, ends: Array, spacing: float, seed: int) -> Found:
     """A clear path between ends (2, D), with states no farther apart than `spacing`; whole coordinates.
 
-    Where a way cannot be read as a path on the surface, other samples are drawn.
+    Where none is found, or it cannot be read as a path on the surface, other samples are drawn.
     """
     begun, tried = perf_counter(), 0
     rng = np.random.default_rng(seed)
     seconds = None
-    for _ in range(ATTEMPTS):
-        first, used = terrain.connected(ends, draw_targets(terrain, rng, TARGETS), STEP, ROOM)
+    for count in TARGETS:
+        first, used = terrain.connected(ends, draw_targets(terrain, rng, count), STEP, ROOM)
         tried += used
         if not len(first):
-            break
+            continue
         seconds = perf_counter() - begun if seconds is None else seconds
         short = terrain.shortened(first, rng.random((SHORTCUTS, 2)), STEP)
         path, iterations = smoothed(terrain, short, spacing)
