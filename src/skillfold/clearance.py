@@ -66,3 +66,15 @@ class Clearance(Protocol):
     def compiled(self) -> Compiled:
         """The same for compiled loops, for the thread that asks."""
         ...
+
+
+def pointers(clearance: Any, within: Any, edge: Any) -> tuple[Any, Any, Any]:
+    """Three plain functions as `Compiled` wants them; compiled now, or found on disk."""
+    from skillfold.jit import pointer
+
+    row, rows, table = np.empty(0), np.empty((0, 0)), np.empty(0, np.int64)
+    return (
+        pointer(clearance, 0.0, row, row, table),
+        pointer(within, 0, row, 0.0, row, rows, table),
+        pointer(edge, 0.0, row, row, 0.0, table),
+    )

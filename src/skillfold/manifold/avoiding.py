@@ -12,7 +12,7 @@ from skillfold.check import check_path
 from skillfold.clearance import Clearance
 from skillfold.manifold.geodesic import geodesic
 from skillfold.manifold.model import Model
-from skillfold.manifold.planning import Query, joined, onto, shares, usual
+from skillfold.manifold.planning import Query, joined, onto, shares, told, usual
 from skillfold.manifold.projection import OnManifold
 from skillfold.manifold.sampled import sampled_path, smoothed, states_for
 from skillfold.manifold.springs import sprung
@@ -82,26 +82,13 @@ def plan_clear(
     tolerance = usual(model) * (1.0 + 1e-9)
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model), obstacles)
     found = [leg for _, leg in legs]
-    story = _story(found, moved)
-    path = Path(states, names)
-    return Plan(
-        success=check.ok,
-        reason=story if check.ok else f"{check.reason} ({story})",
-        path=path,
-        length=path.length,
-        residual=check.residual,
-        iterations=sum(leg.iterations for leg in found),
-        converged=all(leg.converged for leg in found),
-        route="geodesic",
-        start_moved=float(moved[0]),
-        goal_moved=float(moved[-1]),
-        stats={
-            "check": check,
-            "methods": tuple(leg.method for leg in found),
-            "seconds_to_first": sum(leg.seconds for leg in found),
-            "seconds": perf_counter() - begun,
-        },
+    plan = told(states, names, check, _story(found, moved), found, moved, "geodesic")
+    plan.stats.update(
+        methods=tuple(leg.method for leg in found),
+        seconds_to_first=sum(leg.seconds for leg in found),
+        seconds=perf_counter() - begun,
     )
+    return plan
 
 
 def _leg(terrain: Terrain, ends: Array, spacing: float, query: Query) -> Leg:

@@ -1,5 +1,6 @@
 """Plans: the ends brought onto the manifold, a path between them, the check, and the story in words."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
@@ -61,7 +62,7 @@ def plan_geodesic(
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model))
     parts = [part for _, part in legs]
     story = _story_geodesic(moved, supported, parts)
-    return _plan(states, names, check, story, parts, moved, "geodesic")
+    return told(states, names, check, story, parts, moved, "geodesic")
 
 
 def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
@@ -73,7 +74,7 @@ def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, .
     tolerance = usual(model) + DOUBTED * max(leg.spread for leg in legs)
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model))
     parts = [Geodesic(leg.states, leg.iterations, leg.converged, "recordings") for leg in legs]
-    return _plan(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
+    return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
 
 
 def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], route: Route, query: Query) -> Plan:
@@ -97,7 +98,7 @@ def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], r
     if answer.supported > 3.0:
         story += f"; the ends lie {answer.supported:.1f} times as far from them as is usual"
     stats = {"spread": answer.spread, "start_phase": answer.start_phase, "goal_phase": answer.goal_phase}
-    plan = _plan(states, names, check, story + ".", [], np.zeros(len(query.states)), "demonstrated")
+    plan = told(states, names, check, story + ".", [], np.zeros(len(query.states)), "demonstrated")
     plan.stats.update(stats, supported=answer.supported, reversed=answer.reversed)
     return plan
 
@@ -179,15 +180,16 @@ def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
     return "Shortest path on the manifold" + "".join(f"; {part}" for part in parts) + "."
 
 
-def _plan(
+def told(
     states: Array,
     names: tuple[str, ...],
     check: Check,
     story: str,
-    legs: list[Geodesic],
+    legs: Sequence[Any],
     moved: Array,
     route: str,
 ) -> Plan:
+    """The plan, of legs that know their `iterations` and whether they `converged`."""
     path = Path(states, names)
     return Plan(
         success=check.ok,

@@ -3,10 +3,7 @@
 from functools import cache
 from typing import Any
 
-import numpy as np
-
-from skillfold.clearance import Compiled, Indices
-from skillfold.jit import pointer
+from skillfold.clearance import Compiled, Indices, pointers
 from skillfold.robots import distances, edges
 from skillfold.tables import Array, Table
 
@@ -30,10 +27,4 @@ def _edge(start: Array, end: Array, margin: float, arguments: Indices) -> float:
 
 @cache
 def _functions() -> tuple[Any, Any, Any]:
-    """Compiled at first use, or found on disk."""
-    row, rows, table = np.empty(0), np.empty((0, 0)), np.empty(0, np.int64)
-    return (
-        pointer(_clearance, 0.0, row, row, table),
-        pointer(_within, 0, row, 0.0, row, rows, table),
-        pointer(_edge, 0.0, row, row, 0.0, table),
-    )
+    return pointers(_clearance, _within, _edge)
