@@ -62,7 +62,7 @@ def test_without_the_handwriting_the_arm_remains(monkeypatch):
 
     monkeypatch.setattr(demo, "lasa", absent)
     monkeypatch.setattr(demo, "PATHS", 3)
-    monkeypatch.setattr(demo, "_tray_compiled", nullcontext)
+    monkeypatch.setattr(demo, "_compiled", nullcontext)
     monkeypatch.setattr(demo.tray_demo, "run", lambda rng: None)
     made = demo.run(0)
     assert [chapter.name for chapter in made.chapters] == ["three-link arm"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skillfold.errors import InputError
-from skillfold.experiments import tray_ahead, tray_demo
+from skillfold.experiments import tray_demo
 from skillfold.viewing import tumbler_pictures
 from skillfold.viewing.tumbler_pictures import draw
 
@@ -27,9 +27,3 @@ def test_it_has_room_for_snapshots_and_goes_without(carrying, tmp_path, monkeypa
     monkeypatch.setattr(tumbler_pictures, "_shots", lambda carrying: ([], ""))
     with pytest.raises(InputError, match="cannot be written"):
         draw(carrying, tmp_path / "nowhere" / "tray.png")
-
-
-def test_what_is_compiled_ahead_of_the_tray_runs():
-    small = tray_ahead.small_skill()
-    tray_ahead.control(small)
-    tray_ahead.planning(small)

@@ -137,15 +137,13 @@ def run(seed: int = 0, progress: Progress | None = None, shapes: Sequence[str] =
     """
     progress = progress or Settings(0).progress
     tasks, notes = _recordings(shapes)
-    _compile(progress)
-    with _tray_compiled():
+    with _compiled(progress):
         chapters = []
         for index, task in enumerate(tasks):
             progress(f"handwriting: {TITLES.get(task.name, task.name)}", 0.4 + 0.3 * index / len(tasks))
             chapters.append(handwriting(task, np.random.default_rng([seed, index])))
         progress("three-link arm", 0.7)
         chapters.append(three_link_arm(np.random.default_rng(seed)))
-        progress("compiling (once on each machine): the tray", 0.8)
     progress("tray with tumblers", 0.9)
     carrying = tray_demo.run(np.random.default_rng(seed))
     progress("tray with tumblers", 1.0)
@@ -201,32 +199,36 @@ def _recordings(shapes: Sequence[str]) -> tuple[list[RecordedTask], tuple[str, .
     return [tasks[name] for name in shapes], ()
 
 
-def _compile(progress: Progress) -> None:
-    """Everything below once on very little, so that the times that are told are those of the work."""
+@contextmanager
+def _compiled(progress: Progress) -> Iterator[None]:
+    """Everything below once on very little, so that the times that are told are those of the work.
+
+    What the tray needs is compiled beside what is done here.
+    """
     with ahead.running("skillfold.manifold.ahead"):
         progress("compiling (once on each machine): learning", 0.0)
         poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
-        skill, _ = _learn(poses, dim=2, kernels=5)
-        progress("compiling (once on each machine): planning", 0.2)
-        skill.plan(poses[0], poses[1])
+        reaching, _ = _learn(poses, dim=2, kernels=5)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "reaching.npz"
+        reaching.save(file)
+        with ahead.running("skillfold.experiments.tray_ahead", str(file)):
+            _compile_plans(reaching, poses, progress)
+            yield
+            progress("compiling (once on each machine): the tray", 0.8)
+            tray_ahead.carried(reaching)
+    tray_ahead.ways(reaching)  # compiled by now, or there is one core
+
+
+def _compile_plans(reaching: Any, poses: Array, progress: Progress) -> None:
+    progress("compiling (once on each machine): planning", 0.2)
+    reaching.plan(poses[0], poses[1])
     progress("compiling (once on each machine): projecting", 0.35)
-    skill.project(skill.sample(4))
-    skill.inside(poses)
+    reaching.project(reaching.sample(4))
+    reaching.inside(poses)
     wave = np.linspace(0.0, 3.0, 40)
     skill, _ = _learn([np.column_stack([wave, np.sin(wave) + shift]) for shift in (0.0, 0.05)], dim=1, kernels=5)
     skill.plan(np.zeros(2), np.array([3.0, 0.1]))
-
-
-@contextmanager
-def _tray_compiled() -> Iterator[None]:
-    """What the tray needs is compiled beside what is done here; what is left at the end, by both from either end."""
-    small = tray_ahead.small_skill()
-    with TemporaryDirectory() as folder:
-        small.save(Path(folder) / "small.npz")
-        with ahead.running("skillfold.experiments.tray_ahead", str(Path(folder) / "small.npz")):
-            yield
-            tray_ahead.planning(small)
-            tray_ahead.control(small)
 
 
 def _learn(demos: Any, **options: Any) -> tuple[Any, float]:

@@ -1,48 +1,50 @@
-"""`python -m skillfold.experiments.tray_ahead FILE` compiles what the demo's tray needs, with a small skill's file.
+"""`python -m skillfold.experiments.tray_ahead FILE` compiles how the demo's tray finds its way, beside the demo.
 
-Here control comes first and planning last. The demo takes them the other way round, so that where it overtakes, each
-is compiled by one of the two.
+Compiled loops do not know how many joints there are, so the skill in the file may be one of the three-link arm.
 """
 
 import sys
 from typing import Any
 
-import numpy as np
-
-from skillfold.control.pushes import Push
+from skillfold.control.reactive import ReactiveController
 from skillfold.control.simulate import simulate
-from skillfold.experiments import tray
-from skillfold.experiments.tray_demo import NAIVE, planned, skill_of
-from skillfold.experiments.tumbler_runs import TRAY, Trial, controller
+from skillfold.control.tracking import JointTracker
+from skillfold.experiments.tumbler_runs import NAIVE
+from skillfold.manifold.sampled import sampled_path
+from skillfold.manifold.terrain import Terrain
+from skillfold.robots.robot import Robot
+from skillfold.robots.shapes import Box
 
-SAMPLES = 60
 BRIEF = 0.01  # seconds that are simulated
 
 
-def small_skill() -> Any:
-    """A skill that serves for nothing else."""
-    return skill_of(np.random.default_rng(0), SAMPLES, dim=3, kernels=5, ridge=1e-5)
+def ways(skill: Any) -> None:
+    """Trees, shortcuts and smoothing; whatever comes of it."""
+    _, obstacles = _surroundings()
+    model, ends = skill.model, skill.sample(2, 0)
+    terrain = Terrain.between(model, skill.space, obstacles, ends, 0.5 * obstacles.margin)
+    sampled_path(terrain, terrain.coordinates(ends), obstacles.resolution / model.scale, 0)
 
 
-def control(skill: Any) -> None:
-    """A reactive controller and the naive one for an instant each."""
-    start, goal = skill.sample(2, 0)
-    trial = Trial(start, goal, 5.0, Push(0.0, "link7", (1.0, 0.0, 0.0), BRIEF))
-    plan = skill.plan(start, goal, route="geodesic")
+def carried(skill: Any) -> None:
+    """A reactive arm and a naive one for an instant each."""
+    robot, obstacles = _surroundings()
+    plan = skill.plan(*skill.sample(2, 0))
     if plan.success:
-        obstacles = tray.arm().obstacles()
-        simulate(tray.arm(), controller("skill", skill, trial, obstacles, plan), tray=TRAY, duration=BRIEF)
-    simulate(tray.arm(), controller(NAIVE, skill, trial), tray=TRAY, duration=BRIEF)
+        made = ReactiveController(skill, plan, robot=robot, obstacles=obstacles)
+        simulate(robot, made, duration=BRIEF)
+        simulate(robot, JointTracker(made.reference, robot, *NAIVE["naive"]), duration=BRIEF)
+        robot.jacobian(robot.home)
+        obstacles.nearest(robot.home)
 
 
-def planning(skill: Any) -> None:
-    """Paths around boxes; whatever comes of it."""
-    planned(skill)
+def _surroundings() -> tuple[Robot, Any]:
+    """A robot with three joints, and a box that is in nobody's way."""
+    robot = Robot.load("planar_arm")
+    return robot, robot.obstacles([Box(pose=[0.0, 0.0, 2.0], size=[0.1, 0.1, 0.1], name="box")])
 
 
 if __name__ == "__main__":
     from skillfold.manifold.skill import SkillManifold
 
-    small = SkillManifold.load(sys.argv[1])
-    control(small)
-    planning(small)
+    ways(SkillManifold.load(sys.argv[1]))
