@@ -9,7 +9,8 @@ from manifold.random_models import RandomModel, random_model
 from manifold.twins_around import Balls, Land
 from skillfold import PointObstacles
 from skillfold.clearance import Compiled
-from skillfold.manifold.kernels.walking import Barrier, Chart, Support
+from skillfold.manifold.kernels.walking import Chart, Support
+from skillfold.planning.barrier import barrier_of
 
 # (D - f, d, M, K, degree) of the surface and f free directions.
 TERRAINS = [
@@ -31,7 +32,7 @@ class Terrain:
 
     @property
     def barrier(self):
-        return Barrier(*self.compiled[:4], True)
+        return barrier_of(self.compiled)
 
     @property
     def arguments(self):

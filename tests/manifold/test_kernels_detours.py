@@ -7,7 +7,8 @@ from manifold import twins_around as twins
 from manifold.kernels import detours, surface
 from manifold.random_terrains import TERRAINS, random_terrain
 from skillfold import PointObstacles
-from skillfold.manifold.kernels.walking import Barrier, Chart
+from skillfold.manifold.kernels.walking import Chart
+from skillfold.planning.barrier import barrier_of
 
 CAP = 0.3
 
@@ -161,7 +162,7 @@ def aside(path, centre, reach=2.0, margin=0.2, chart=FLAT):
     obstacles = PointObstacles([centre], 2 * margin)
     compiled, path = obstacles.compiled(), path.copy()
     iterations, moved = detours.bend_aside(
-        chart, Barrier(*compiled[:4], True), path, margin, compiled.capacity, reach, 0.1, 1e-5, 500
+        chart, barrier_of(compiled), path, margin, compiled.capacity, reach, 0.1, 1e-5, 500
     )
     return path, obstacles, iterations, moved
 
@@ -204,7 +205,7 @@ def test_a_path_pulled_straight_does_not_run_through_what_was_out_of_sight():
     path = np.column_stack([x, 2.0 - x**2 / 2.0])
     obstacles, b, steepest, least = PointObstacles([[0.0, 0.05]], 0.4), detours.make_bending(25, 2, 2, 1), 0.0, []
     b.tangents[:] = np.eye(2)
-    barrier = Barrier(*obstacles.compiled()[:4], True)
+    barrier = barrier_of(obstacles.compiled())
     assert obstacles.clearance(path).min() > twins.SIGHT * obstacles.margin
     for _ in range(80):
         _, steepest = detours.bend_once(FLAT, barrier, path, path, obstacles.margin, steepest, 0.1, b)

@@ -7,7 +7,8 @@ import numpy as np
 
 from skillfold.clearance import Clearance
 from skillfold.manifold.kernels.detours import bend_aside
-from skillfold.manifold.kernels.walking import Barrier, Chart
+from skillfold.manifold.kernels.walking import Chart
+from skillfold.planning.barrier import barrier_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -26,7 +27,7 @@ def aside_of(path: Array, given: Array, obstacles: Clearance) -> Array:
     centre = path.mean(0)
     scale = float(np.sqrt(((path - centre) ** 2).sum(1).mean())) or 1.0
     chart = Chart(centre, scale, np.eye(len(centre)), lower, upper)
-    barrier = Barrier(compiled.clearance, compiled.within, compiled.edge, compiled.arguments, compiled.exact)
+    barrier = barrier_of(compiled)
     fixed = np.flatnonzero((path[:, None] == given[None]).all(2).any(1))
     moved = (path - centre) / scale
     for first, last in pairwise(fixed):

@@ -9,8 +9,9 @@ from skillfold.clearance import Clearance, Compiled
 from skillfold.manifold.kernels.detours import bend_clear, first_blocked, settle_path
 from skillfold.manifold.kernels.geodesic import refine, resample
 from skillfold.manifold.kernels.trees import search
-from skillfold.manifold.kernels.walking import Barrier, Chart, Support
+from skillfold.manifold.kernels.walking import Chart, Support
 from skillfold.manifold.model import Model
+from skillfold.planning.barrier import Barrier, barrier_of
 from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -55,11 +56,10 @@ class Terrain:
             np.maximum(lower, np.array(space.lower)),
             np.minimum(upper, np.array(space.upper)),
         )
-        barrier = Barrier(compiled.clearance, compiled.within, compiled.edge, compiled.arguments, compiled.exact)
         gaps = ((model.encode(ends)[:, None] - model.anchors[None]) ** 2).sum(2).min(1)
         farthest = max((FARTHEST * model.trust.spacing) ** 2, 2.0 * float(gaps.max()))
         support = Support(farthest, DOUBT * model.trust.doubt)
-        return cls(model, obstacles, margin, chart, barrier, support, compiled)
+        return cls(model, obstacles, margin, chart, barrier_of(compiled), support, compiled)
 
     @property
     def _surface(self) -> tuple[Any, Any, Support, Chart, Barrier]:

@@ -6,7 +6,8 @@ import numpy as np
 
 from skillfold.jit import inlined, inner
 from skillfold.manifold.kernels.small import norm
-from skillfold.manifold.kernels.walking import Barrier, Chart, to_slope
+from skillfold.manifold.kernels.walking import Chart, to_slope
+from skillfold.planning.barrier import Barrier, within_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -37,7 +38,7 @@ def push_off_obstacles(
     clearance, SIGHT margins at most, and the steepest gradient seen so far.
     """
     least = SIGHT * margin
-    count = max(barrier.within(state, least, distances, gradients, barrier.arguments), 0)
+    count = max(within_at(barrier.within)(state, least, distances, gradients, barrier.arguments), 0)
     for p in range(count):
         least = min(least, distances[p])
         to_slope(chart, gradients[p], slope)

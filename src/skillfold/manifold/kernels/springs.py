@@ -9,7 +9,8 @@ from skillfold.manifold.kernels.detours import frame_path, free_rows
 from skillfold.manifold.kernels.projection import gap
 from skillfold.manifold.kernels.small import keep_along, norm, square
 from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
-from skillfold.manifold.kernels.walking import Barrier, Chart, to_slope, to_state
+from skillfold.manifold.kernels.walking import Chart, to_slope, to_state
+from skillfold.planning.barrier import Barrier, within_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -55,7 +56,7 @@ def relax_springs(
         for i in range(1, n - 1):
             move = moves[i]
             to_state(chart, path[i], state)
-            count = max(barrier.within(state, margin, distances, gradients, barrier.arguments), 0)
+            count = max(within_at(barrier.within)(state, margin, distances, gradients, barrier.arguments), 0)
             move[:] = 0.0
             for p in range(count):
                 to_slope(chart, gradients[p], slope)

@@ -8,7 +8,8 @@ from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.projection import gap
 from skillfold.manifold.kernels.small import copy
 from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
-from skillfold.manifold.kernels.walking import Barrier, Chart, Support, edge_is_clear, walk
+from skillfold.manifold.kernels.walking import Chart, Support, edge_is_clear, walk
+from skillfold.planning.barrier import Barrier
 from skillfold.planning.tree import branch, nearest_node
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -11,9 +11,9 @@ from skillfold.jit import inner
 from skillfold.manifold.kernels.projection import gap
 from skillfold.manifold.kernels.small import copy, keep_along, norm
 from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate
+from skillfold.planning.barrier import Barrier, clearance_at, edge_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 SETTLE_STEPS = 12  # straight back onto the surface after a step along it
 ON_SURFACE = 1e-7  # rms radii
@@ -35,16 +35,6 @@ class Chart(NamedTuple):
     axes: Array
     lower: Array
     upper: Array
-
-
-class Barrier(NamedTuple):
-    """Obstacles for compiled loops (see `skillfold.clearance.Compiled`)."""
-
-    clearance: Any
-    within: Any
-    edge: Any
-    arguments: Indices
-    exact: bool
 
 
 class Support(NamedTuple):
@@ -110,7 +100,7 @@ def edge_is_clear(chart: Chart, barrier: Barrier, a: Array, b: Array, margin: fl
     """Whether the straight edge between coordinates a and b (D,) keeps the margin; `work` is (2, D)."""
     to_state(chart, a, work[0])
     to_state(chart, b, work[1])
-    return in_limits(chart, work[1]) and barrier.edge(work[0], work[1], margin, barrier.arguments) >= 1.0
+    return in_limits(chart, work[1]) and edge_at(barrier.edge)(work[0], work[1], margin, barrier.arguments) >= 1.0
 
 
 @inner
@@ -119,7 +109,10 @@ def seems_clear(chart: Chart, barrier: Barrier, a: Array, b: Array, margin: floa
     if barrier.exact:
         return edge_is_clear(chart, barrier, a, b, margin, work)
     to_state(chart, b, work[1])
-    return in_limits(chart, work[1]) and barrier.clearance(work[1], work[0, :0], barrier.arguments) > margin
+    return (
+        in_limits(chart, work[1])
+        and clearance_at(barrier.clearance)(work[1], work[0, :0], barrier.arguments) > margin
+    )
 
 
 @inner
