@@ -14,7 +14,7 @@ from skillfold.manifold.geodesic import geodesic
 from skillfold.manifold.model import Model
 from skillfold.manifold.planning import Query, joined, onto, shares, told, usual
 from skillfold.manifold.projection import OnManifold
-from skillfold.manifold.sampled import sampled_path, smoothed, states_for
+from skillfold.manifold.sampled import renewed, sampled_path, smoothed, states_for
 from skillfold.manifold.springs import sprung
 from skillfold.manifold.terrain import Terrain
 from skillfold.motion import Path, Plan
@@ -23,7 +23,6 @@ from skillfold.spaces import StateSpace
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 KEPT = 0.25  # of the margin that edges must keep; where an end has less, half of what it has
-RENEWING = 10  # steps in which an earlier path is bent
 FIRST = 30  # states of the shortest path that is tried first
 
 
@@ -97,7 +96,7 @@ def _leg(terrain: Terrain, ends: Array, spacing: float, query: Query) -> Leg:
     model, method = terrain.model, query.method
     if query.near is not None and not method:
         onward = _onward(terrain.coordinates(query.near), terrain.coordinates(ends))
-        path, steps = smoothed(terrain, onward, spacing, RENEWING)
+        path, steps = renewed(terrain, onward, spacing)
         if len(path):
             return Leg(path, "renewed", steps, True, perf_counter() - begun)
     found = geodesic(model, model.encode(ends[0]), model.encode(ends[1]), FIRST)

@@ -17,6 +17,7 @@ ROOM = 4000  # nodes of both trees together
 SHORTCUTS, MORE_SHORTCUTS = 30, 150  # tried before a path is made smooth, and where it cannot be
 COARSE = (24, 48, 96)  # states of the path that is made smooth, the more where the fewer do not keep clear
 SMOOTH_STEPS, SMOOTHED = 40, 2e-3  # of the smoothing at most, and its last step in rms radii
+RENEWING = (10, 30)  # steps in which an earlier path is bent, and more where they do not suffice
 CAP = 0.3  # longest step of a state, rms radii
 
 
@@ -82,20 +83,41 @@ def draw_targets(terrain: Terrain, rng: np.random.Generator, count: int) -> Arra
     return np.hstack([inner, rng.uniform(-extent, extent, (count, len(extent)))])
 
 
-def smoothed(terrain: Terrain, rough: Array, spacing: float, limit: int = SMOOTH_STEPS) -> tuple[Array, int]:
-    """The rough path made short and smooth, dense and clear; empty where that fails, and the steps it took.
-
-    Of each number of states no more than `limit` steps are taken.
-    """
+def smoothed(terrain: Terrain, rough: Array, spacing: float) -> tuple[Array, int]:
+    """The rough path made short and smooth, dense and clear; empty where that fails, and the steps it took."""
     total = 0
     for count in COARSE:
         coarse, _ = terrain.settled(rough, count, smooth=False)
-        bent, iterations, _ = terrain.bent(coarse, terrain.obstacles.margin, CAP, SMOOTHED, limit)
+        bent, iterations = _bent(terrain, coarse, SMOOTH_STEPS)
         total += iterations
-        path, settled = terrain.settled(bent, states_for(bent, spacing), smooth=True)
-        if settled and terrain.is_clear(path):
+        path = _read_smoothly(terrain, bent, spacing)
+        if len(path):
             return path, total
     return np.empty((0, rough.shape[1])), total
+
+
+def renewed(terrain: Terrain, earlier: Array, spacing: float) -> tuple[Array, int]:
+    """The same of an earlier path, which few states and mostly few steps make clear again."""
+    bent, _ = terrain.settled(earlier, COARSE[0], smooth=False)
+    total = 0
+    for limit in RENEWING:
+        bent, iterations = _bent(terrain, bent, limit)
+        total += iterations
+        path = _read_smoothly(terrain, bent, spacing)
+        if len(path):
+            return path, total
+    return np.empty((0, earlier.shape[1])), total
+
+
+def _bent(terrain: Terrain, coarse: Array, limit: int) -> tuple[Array, int]:
+    bent, iterations, _ = terrain.bent(coarse, terrain.obstacles.margin, CAP, SMOOTHED, limit)
+    return bent, iterations
+
+
+def _read_smoothly(terrain: Terrain, coarse: Array, spacing: float) -> Array:
+    """The smooth path through few states, dense; empty where it is not clear."""
+    path, settled = terrain.settled(coarse, states_for(coarse, spacing), smooth=True)
+    return path if settled and terrain.is_clear(path) else np.empty((0, coarse.shape[1]))
 
 
 def states_for(path: Array, spacing: float) -> int:
