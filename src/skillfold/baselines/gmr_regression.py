@@ -25,7 +25,7 @@ def gmr_path(recordings: Sequence[Array], seed: int, components: int = COMPONENT
     states = np.concatenate(recordings)
     width = 2.0 * float(states.std()) * 3**0.5  # a uniform variable so wide has the spread of the states
     phase = np.linspace(0.0, width, len(recordings[0]))
-    mixture = _mixture(np.column_stack([np.tile(phase, len(recordings)), states]), components, seed)
+    mixture = mixture_of(np.column_stack([np.tile(phase, len(recordings)), states]), components, seed)
     return np.asarray(mixture.predict(np.array([0]), phase[:, None]), float)
 
 
@@ -36,7 +36,7 @@ def gmr_rollout(
     states = np.concatenate([recording[:-1] for recording in recordings])
     steps = np.concatenate([np.diff(recording, axis=0) for recording in recordings])
     size, stride = float(states.std()), float(steps.std())
-    mixture = _mixture(np.column_stack([states / size, steps / stride]), components, seed)
+    mixture = mixture_of(np.column_stack([states / size, steps / stride]), components, seed)
     path = [start]
     for _ in range(2 * len(recordings[0])):
         step = mixture.predict(np.arange(len(start)), path[-1][None] / size)[0]
@@ -45,7 +45,8 @@ def gmr_rollout(
     return np.array(path[: max(nearest, 1) + 1])
 
 
-def _mixture(samples: Array, components: int, seed: int) -> Any:
+def mixture_of(samples: Array, components: int, seed: int) -> Any:
+    """A mixture of that many Gaussians over samples (n, m)."""
     try:
         from gmr import GMM
     except ImportError as error:

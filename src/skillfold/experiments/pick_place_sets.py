@@ -1,0 +1,125 @@
+"""Recordings like those of section VIII of paper 000: pick-and-place, and other motions with one goal.
+
+The paper's recordings could not be found. `made` draws a set of the same shape: five motions of 100 states from about
+(1.8, 1.8, −1.1) to the origin, with orientations. Any recordings can take its place.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skillfold.experiments.leave_one_out import resample
+from skillfold.experiments.loaders import lasa, robot_tasks
+from skillfold.motion import Array
+
+START = np.array([1.8, 1.8, -1.1])
+DEMOS, POINTS = 5, 100
+SPREAD = 0.05  # of the starts, per axis
+LIFT = np.array([[0.1, -0.25, 0.8], [-0.15, 0.2, 0.25]])  # heights of the first two half-waves off the straight line
+VARIATION = 0.04  # of those heights from motion to motion
+TURN = np.array([0.3, -0.9, 1.2])  # rotation vector from first to last orientation, radians
+TURN_SPREAD = 0.1  # radians, per axis
+SMALL, LARGE = 0.01, 0.05  # half the edge of the cubes (equations 26 and 27), for a set of the paper's size
+SHAPES = ("Angle", "GShape", "Sshape", "Zshape")
+
+
+@dataclass(frozen=True)
+class MotionSet:
+    """Recordings that lead to one goal.
+
+    Attributes:
+        name: of the set.
+        recordings: each (POINTS, D) positions.
+        orientations: each (POINTS, 4) unit quaternions, scalar first; or none.
+    """
+
+    name: str
+    recordings: tuple[Array, ...]
+    orientations: tuple[Array, ...] = ()
+
+    @property
+    def start(self) -> Array:
+        """(D,) where the first recording begins."""
+        return self.recordings[0][0]
+
+    @property
+    def goal(self) -> Array:
+        """(D,) where all end, on average."""
+        return np.mean([recording[-1] for recording in self.recordings], axis=0)
+
+    @property
+    def reach(self) -> float:
+        """Distance from start to goal."""
+        return float(np.linalg.norm(self.goal - self.start))
+
+
+def made(rng: np.random.Generator) -> MotionSet:
+    """The set that stands for the paper's."""
+    from scipy.spatial.transform import Rotation, Slerp
+
+    share = _unhurried(np.linspace(0.0, 1.0, POINTS))[:, None]
+    waves = np.sin(np.pi * share * np.arange(1, len(LIFT) + 1))
+    base = Rotation.from_rotvec(rng.normal(0.0, 1.0, 3))
+    positions, orientations = [], []
+    for _ in range(DEMOS):
+        start = START + SPREAD * rng.standard_normal(3)
+        heights = LIFT + VARIATION * rng.standard_normal(LIFT.shape)
+        positions.append((1.0 - share) * start + waves @ heights)
+        ends = base * Rotation.from_rotvec([TURN_SPREAD * rng.standard_normal(3), TURN])
+        turned = Slerp([0.0, 1.0], ends)(share[:, 0])
+        orientations.append(turned.as_quat(scalar_first=True))
+    return MotionSet("pick and place (made)", tuple(positions), tuple(orientations))
+
+
+def recorded(data: Path | None) -> list[MotionSet]:
+    """Handwriting where it is installed, and five recordings of a bottle put on a shelf where the folder has them."""
+    sets = [MotionSet(task.name, task.recordings[:DEMOS]) for task in _shapes()]
+    if data is not None and (data / "robotasks" / "bottle2shelf.npy").is_file():
+        places, turns = (robot_tasks(data, orientations)[0].recordings[:DEMOS] for orientations in (False, True))
+        sets.insert(0, MotionSet("bottle2shelf", _to_origin(places), turns))
+    return sets
+
+
+def cube(centre: Array, half: float) -> Array:
+    """Corners, edges' and sides' middles and centre of a cube (3^D, D) about a place."""
+    return centre + half * np.array(list(product((-1.0, 0.0, 1.0), repeat=len(centre))))
+
+
+def shape_distance(path: Array, recordings: tuple[Array, ...]) -> float:
+    """How far the shape of a path is from that of the recording it is most like: 0 is the same, 1 a straight line's.
+
+    Shape is what is left of a path, read at even lengths, without the straight line between its own ends: where a
+    path begins and ends does not count. The distance is the rms of the difference over the rms of the recordings'.
+    """
+    shapes = np.array([_shape(recording) for recording in recordings])
+    size = float(np.sqrt((shapes**2).sum(2).mean()))
+    gaps = ((shapes - _shape(path)) ** 2).sum(2).mean(1)
+    return float(np.sqrt(gaps.min())) / size
+
+
+def _shape(path: Array) -> Array:
+    states = resample(path, POINTS)
+    share = np.linspace(0.0, 1.0, POINTS)[:, None]
+    return states - (1.0 - share) * states[0] - share * states[-1]
+
+
+def _to_origin(recordings: tuple[Array, ...]) -> tuple[Array, ...]:
+    goal = np.mean([recording[-1] for recording in recordings], axis=0)
+    return tuple(recording - goal for recording in recordings)
+
+
+def _shapes() -> list[Any]:
+    from skillfold.errors import MissingExtraError
+
+    try:
+        return [task for task in lasa(False) if task.name in SHAPES]
+    except MissingExtraError:
+        return []
+
+
+def _unhurried(share: Array) -> Array:
+    """The minimum jerk profile."""
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
