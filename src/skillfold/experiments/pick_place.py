@@ -23,7 +23,7 @@ from skillfold.experiments.pick_place_sets import (
     cube,
     made,
     recorded,
-    shape_distance,
+    shape_distances,
 )
 from skillfold.experiments.rows import Row, Settings
 from skillfold.motion import Array
@@ -53,7 +53,7 @@ class Cell:
         size: of the cube, "small" or "large".
         paths: each (n, D).
         reached: (n,) whether each ends at its goal.
-        shapes: (n,) distance of each one's shape from the recordings'.
+        shapes: (n, 2) distances of each one's shape from all the recordings', and from the nearest.
         seconds: of a motion, median.
     """
 
@@ -165,7 +165,7 @@ def _others(motions: MotionSet, seed: int) -> dict[str, Method]:
 def _cell(what: str, size: str, motions: MotionSet, method: Method, ends: list[tuple[Array, Array]]) -> Cell:
     paths, taken = zip(*(_timed(lambda a=a, b=b: method(a, b)) for a, b in ends), strict=True)
     near = [np.linalg.norm(path[-1] - b) / np.linalg.norm(b - a) for path, (a, b) in zip(paths, ends, strict=True)]
-    shapes = np.array([shape_distance(path, motions.recordings) for path in paths])
+    shapes = np.array([shape_distances(path, motions.recordings) for path in paths])
     # A hair's breadth beyond what makes learnt dynamics stop.
     return Cell(what, size, list(paths), np.array(near) <= 1.001 * REACHED, shapes, float(np.median(taken)))
 
@@ -191,12 +191,18 @@ def _reached_rows(each: Compared) -> list[Row]:
 
 
 def _shape_rows(each: Compared) -> list[Row]:
-    """Mean shape distance at changed starts, where dynamics can be asked too; the others' least is the target."""
+    """Mean shape distances at changed starts, where dynamics can be asked too; the others' least is the target."""
+    return [
+        _shape_row(each, index, words) for index, words in enumerate(("the recordings", "the recording most alike"))
+    ]
+
+
+def _shape_row(each: Compared, index: int, words: str) -> Row:
     means = {
-        name: float(np.mean([cell.shapes.mean() for cell in cells if cell.what == "start"]))
+        name: float(np.mean([cell.shapes[:, index].mean() for cell in cells if cell.what == "start"]))
         for name, cells in each.cells.items()
     }
     ours = means.pop("manifold")
     note = "; ".join(f"{name} {mean:.3f}" for name, mean in means.items()) or "nothing to compare with is installed"
-    name = f"{each.motions.name}: shape distance from the recordings"
-    return [Row(name, ours, "", min(means.values(), default=None), "<", "", note)]
+    name = f"{each.motions.name}: shape distance from {words}"
+    return Row(name, ours, "", min(means.values(), default=None), "<", "", note)

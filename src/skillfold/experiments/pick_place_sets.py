@@ -88,16 +88,17 @@ def cube(centre: Array, half: float) -> Array:
     return centre + half * np.array(list(product((-1.0, 0.0, 1.0), repeat=len(centre))))
 
 
-def shape_distance(path: Array, recordings: tuple[Array, ...]) -> float:
-    """How far the shape of a path is from that of the recording it is most like: 0 is the same, 1 a straight line's.
+def shape_distances(path: Array, recordings: tuple[Array, ...]) -> tuple[float, float]:
+    """How far the shape of a path is from those of all recordings (rms), and from the one it is most like.
 
     Shape is what is left of a path, read at even lengths, without the straight line between its own ends: where a
-    path begins and ends does not count. The distance is the rms of the difference over the rms of the recordings'.
+    path begins and ends does not count. Both are rms of the difference over the rms of the recordings' shapes: 0 is
+    the same, 1 a straight line.
     """
     shapes = np.array([_shape(recording) for recording in recordings])
     size = float(np.sqrt((shapes**2).sum(2).mean()))
     gaps = ((shapes - _shape(path)) ** 2).sum(2).mean(1)
-    return float(np.sqrt(gaps.min())) / size
+    return float(np.sqrt(gaps.mean())) / size, float(np.sqrt(gaps.min())) / size
 
 
 def _shape(path: Array) -> Array:
