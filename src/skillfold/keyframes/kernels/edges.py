@@ -68,9 +68,21 @@ def stays_inside(problem: Problem, a: Array, b: Array, work: Work) -> bool:
 
 
 @inner
+def is_clear(problem: Problem, q: Array) -> bool:
+    """Whether joint positions q (D,) keep the margin."""
+    return problem.clearance(q, q[:0], problem.arguments) > problem.margin
+
+
+@inner
 def edge_holds(problem: Problem, a: Array, b: Array, work: Work) -> bool:
-    """Whether the edge from a to b (D,) is clear and inside; `work.end` is then b, facing a."""
-    facing(problem.turning, a, b, work.end)
-    if problem.edge(a, work.end, problem.margin, problem.arguments) < 1.0:
+    """Whether the edge from a to b (D,), both clear, is clear and inside; `work.end` is then b, facing a.
+
+    The middle is looked at first: edges that are blocked cost most.
+    """
+    end, middle = work.end, work.state
+    facing(problem.turning, a, b, end)
+    for k in range(a.size):
+        middle[k] = 0.5 * (a[k] + end[k])
+    if not is_clear(problem, middle) or problem.edge(a, end, problem.margin, problem.arguments) < 1.0:
         return False
-    return stays_inside(problem, a, work.end, work)
+    return stays_inside(problem, a, end, work)

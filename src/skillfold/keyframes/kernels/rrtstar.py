@@ -12,7 +12,7 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.keyframes.kernels.charts import to_flat
 from skillfold.keyframes.kernels.descent import Problem, Work, descend, is_inside, make_work, tool_pose
-from skillfold.keyframes.kernels.edges import edge_holds, facing, squared_gap
+from skillfold.keyframes.kernels.edges import edge_holds, facing, is_clear, squared_gap
 from skillfold.planning.tree import hang, lower_costs, unhang
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -149,9 +149,8 @@ def has_room(tree: Tree) -> bool:
 @inner
 def try_add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> int:
     """The same, once it is looked at whether pose and edge hold and there is room; -1 where not."""
-    if not (has_room(tree) and is_inside(problem.hold, work.pose) and edge_holds(problem, tree.q[near], q, work)):
-        return -1
-    return add(problem, tree, near, q, work)
+    fits = has_room(tree) and is_inside(problem.hold, work.pose) and is_clear(problem, q)
+    return add(problem, tree, near, q, work) if fits and edge_holds(problem, tree.q[near], q, work) else -1
 
 
 @inner
