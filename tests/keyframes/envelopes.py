@@ -1,5 +1,7 @@
 """Random pose Gaussians, and plain twins of what envelopes answer, which later ones of the family may use too."""
 
+from itertools import pairwise
+
 import numpy as np
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize
@@ -41,7 +43,9 @@ def random_gaussian(rng, turn=1.0, thin=0.1):
 def random_region(rng, stations):
     """A chain whose stations have nothing to do with each other."""
     chart = PoseChart(random_poses(1, rng)[0, 3:])
-    covariances = [[spd(rng, 0.1 * 0.1 ** rng.uniform(size=3)), spd(rng, 0.1 ** rng.uniform(size=3))] for _ in range(stations)]
+    covariances = [
+        [spd(rng, 0.1 * 0.1 ** rng.uniform(size=3)), spd(rng, 0.1 ** rng.uniform(size=3))] for _ in range(stations)
+    ]
     return PoseRegion(chart, rng.normal(size=(2, 6)) * [0.3, 0.3, 0.3, 0.5, 0.5, 0.5], np.array(covariances))
 
 
@@ -69,7 +73,7 @@ def moved(gaussian, turn, shift):
 
 def moved_poses(poses, turn, shift):
     turns = (turn * Rotation.from_quat(poses[..., 3:].reshape(-1, 4), scalar_first=True)).as_quat(scalar_first=True)
-    positions = turn.apply(poses[..., :3].reshape(-1, 3)) + shift
+    positions = turn.apply(poses[..., :3].reshape(-1, 3).copy()) + shift
     return np.concatenate([positions, turns], axis=1).reshape(poses.shape)
 
 
@@ -93,7 +97,7 @@ def square_at(region, y, s):
 def least(function, segments):
     """Least value of a function that is convex on each of equal segments of [0, 1]."""
     grid = np.linspace(0, 1, segments + 1)
-    return min(_golden(function, a, b) for a, b in zip(grid[:-1], grid[1:], strict=True))
+    return min(_golden(function, a, b) for a, b in pairwise(grid))
 
 
 def _golden(function, low, high):

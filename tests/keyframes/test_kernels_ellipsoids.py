@@ -37,7 +37,9 @@ def test_solved_times_and_dot(drawn):
     sigma, six, v = drawn
     np.testing.assert_allclose(ellipsoids.times(six, v), sigma @ v, rtol=1e-12, atol=1e-16)
     np.testing.assert_allclose(sigma @ ellipsoids.solved(six, 0.0, v), v, rtol=1e-5)
-    np.testing.assert_allclose(ellipsoids.solved(six, 0.2, v), np.linalg.solve(sigma + 0.2 * np.eye(3), v), rtol=1e-11)
+    np.testing.assert_allclose(
+        ellipsoids.solved(six, 0.2, v), np.linalg.solve(sigma + 0.2 * np.eye(3), v), rtol=1e-11
+    )
     assert ellipsoids.dot(v, six[:3]) == pytest.approx(np.dot(v, six[:3]), rel=1e-14)
 
 

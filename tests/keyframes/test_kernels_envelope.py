@@ -109,4 +109,6 @@ def test_excess_and_projected_agree_with_memberships_and_projections(drawn):
         assert (excess, moved) == pytest.approx((np.sqrt(squares[i]) - 1, distances[i]), abs=1e-14)
         np.testing.assert_allclose(one, out[i], atol=1e-14)
         s = places[i]
-        assert squares[i] == pytest.approx(twins.square_at(chain, chain.chart.to_chart(pose) * twins.UNITS, s), rel=1e-7)
+        assert squares[i] == pytest.approx(
+            twins.square_at(chain, chain.chart.to_chart(pose) * twins.UNITS, s), rel=1e-7
+        )
