@@ -11,13 +11,13 @@ from skillfold.keyframes import compiled
 from skillfold.keyframes.charts import LENGTH, PoseChart
 from skillfold.keyframes.constraint import CompiledConstraint
 from skillfold.keyframes.kernels import chains, envelope
-from skillfold.robots.poses import read_pose
+from skillfold.keyframes.stations import UNITS
+from skillfold.robots.poses import read_numbers, read_pose
 from skillfold.tables import Table, table_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 UPPER = np.triu_indices(3)
-UNITS = np.array([1.0, LENGTH**2])[:, None, None]  # of covariances of positions and rotations, to square metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,14 +64,32 @@ class PoseRegion:
         return self._projected(poses)[0]
 
     def sample(self, count: int, seed: int = 0) -> Array:
-        """Poses (count, 7) inside: uniform in s, and in the ellipsoids there."""
+        """Poses (count, 7) inside: uniform in s, and in the ellipsoids there (algorithm 5, lines 4 to 16)."""
+        if not (isinstance(count, int | np.integer) and count >= 0):
+            raise InputError(f"count: {count!r:.40}; expected a whole number of poses, at least 0.")
         rng = np.random.default_rng(seed)
         s = rng.uniform(size=count)
         steps = rng.normal(size=(count, 2, 3))
         lengths = np.linalg.norm(steps, axis=-1, keepdims=True)
-        steps *= (1.0 - 1e-9) * rng.uniform(size=(count, 2, 1)) ** (1 / 3) / lengths
+        steps *= envelope.INSIDE * rng.uniform(size=(count, 2, 1)) ** (1 / 3) / lengths
         factors = np.linalg.cholesky(self.covariances_at(s))
         return self.chart.to_pose(self.means_at(s) + np.einsum("nbij,nbj->nbi", factors, steps).reshape(count, 6))
+
+    @property
+    def axis(self) -> Array:
+        """The way (6,) from the first mean to the last, in the chart [m, rad]."""
+        return self.ends[1] - self.ends[0]
+
+    def at(self, s: Any) -> tuple[Array, Array]:
+        """Mean poses (..., 7) and gated covariances (..., 2, 3, 3) at places s (...,) from 0 to 1."""
+        s = np.clip(read_numbers(s, "s", "places from 0 to 1"), 0.0, 1.0)
+        return self.chart.to_pose(self.means_at(s)), self.covariances_at(s)
+
+    def slice(self, s: float) -> "PoseRegion":
+        """The poses inside at one place s alone: 1 is where an envelope ends."""
+        s = min(max(float(s), 0.0), 1.0)
+        mean, covariances = self.means_at(s), self.covariances_at(s)
+        return PoseRegion(self.chart, np.array([mean, mean]), np.array([covariances, covariances]))
 
     def means_at(self, s: Any) -> Array:
         """Means (..., 6) in the chart at places s (...,)."""

@@ -16,7 +16,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 GAP = 1e-13  # of the squared distance: where the search along s stops
-INSIDE = 1.0 - 1e-9  # √d² of projected poses, so that no rounding puts them outside
+INSIDE = 1.0 - 1e-9  # √d² of projected and sampled poses, so that no rounding puts them outside
 
 
 @inner
