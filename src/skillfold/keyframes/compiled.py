@@ -9,7 +9,7 @@ import numpy as np
 from skillfold.errors import InputError
 from skillfold.jit import function_at, pointer
 from skillfold.keyframes.constraint import Array, CompiledConstraint, Indices, PoseConstraint
-from skillfold.keyframes.kernels import envelope
+from skillfold.keyframes.kernels import envelope, hand_written
 from skillfold.robots.poses import read_pose
 from skillfold.tables import Table
 
@@ -128,3 +128,45 @@ def _chain_project(pose: Array, out: Array, table: Indices) -> float:
 @cache
 def _chain_functions() -> tuple[Any, Any]:
     return constraint_pointers(_chain_excess, _chain_project)
+
+
+def _upright_excess(pose: Array, table: Indices) -> float:
+    return hand_written.upright_excess(pose, table)
+
+
+def _upright_project(pose: Array, out: Array, table: Indices) -> float:
+    return hand_written.upright_project(pose, out, table)
+
+
+def _plane_excess(pose: Array, table: Indices) -> float:
+    return hand_written.plane_excess(pose, table)
+
+
+def _plane_project(pose: Array, out: Array, table: Indices) -> float:
+    return hand_written.plane_project(pose, out, table)
+
+
+def _region_excess(pose: Array, table: Indices) -> float:
+    return hand_written.region_excess(pose, table)
+
+
+def _region_project(pose: Array, out: Array, table: Indices) -> float:
+    return hand_written.region_project(pose, out, table)
+
+
+@cache
+def upright_functions() -> tuple[Any, Any]:
+    """Excess and projection of `AxisUpright`."""
+    return constraint_pointers(_upright_excess, _upright_project)
+
+
+@cache
+def plane_functions() -> tuple[Any, Any]:
+    """Excess and projection of `PlaneConstraint`."""
+    return constraint_pointers(_plane_excess, _plane_project)
+
+
+@cache
+def region_functions() -> tuple[Any, Any]:
+    """Excess and projection of `TaskSpaceRegion`."""
+    return constraint_pointers(_region_excess, _region_project)

@@ -73,7 +73,9 @@ class PoseRegion:
         lengths = np.linalg.norm(steps, axis=-1, keepdims=True)
         steps *= envelope.INSIDE * rng.uniform(size=(count, 2, 1)) ** (1 / 3) / lengths
         factors = np.linalg.cholesky(self.covariances_at(s))
-        return self.chart.to_pose(self.means_at(s) + np.einsum("nbij,nbj->nbi", factors, steps).reshape(count, 6))
+        means, steps = self.means_at(s), np.einsum("nbij,nbj->nbi", factors, steps).reshape(count, 6)
+        steps[:, 3:] *= _covered(means[:, 3:], steps[:, 3:], rng)
+        return self.chart.to_pose(means + steps)
 
     @property
     def axis(self) -> Array:
@@ -131,6 +133,17 @@ class PoseRegion:
             },
             chains.SLOTS,
         )
+
+
+def _covered(means: Array, steps: Array, rng: np.random.Generator) -> Array:
+    """Factors (n, 1) that keep steps (n, 3) from means within half a turn: 1 for those that are, else random."""
+    limit = envelope.HALF_TURN / LENGTH
+    far = np.linalg.norm(means + steps, axis=1) > limit
+    factors, mean, step = np.ones((len(means), 1)), means[far], steps[far]
+    a, b = (step**2).sum(1), (mean * step).sum(1)
+    reach = (np.sqrt(b * b - a * ((mean**2).sum(1) - limit**2)) - b) / a
+    factors[far, 0] = reach * rng.uniform(size=len(reach)) ** (1 / 3)
+    return factors
 
 
 def _segments(means: Array, stations: Array) -> Array:

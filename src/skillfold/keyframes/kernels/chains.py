@@ -97,16 +97,14 @@ def crossing(low: Numbers, high: Numbers) -> Numbers:
 @inner
 def lowest(position: Numbers, rotation: Numbers, best: float) -> Numbers:
     """Least d² along a segment and its t; once it must be above `best`, only that it is."""
-    low, high = worse(position, rotation, 0.0), worse(position, rotation, 1.0)
-    if low[2] >= 0.0:
-        return low[1], 0.0
-    if high[2] <= 0.0:
-        return high[1], 1.0
-    for _ in range(STEPS):
-        t, floor = crossing(low, high)
-        if not min(low[1], high[1]) - floor > GAP * (1.0 + floor) or floor > best:
+    low, high = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
+    for i in range(STEPS):  # both ends first: fewer places to compile what is called
+        t, floor = (float(i), 0.0) if i < 2 else crossing(low, high)
+        if i > 1 and (not min(low[1], high[1]) - floor > GAP * (1.0 + floor) or floor > best):
             break
         here = worse(position, rotation, t)
+        if (i == 0 and here[2] >= 0.0) or (i == 1 and here[2] <= 0.0):
+            return here[1], t
         if here[2] < 0.0:
             low = here
         else:

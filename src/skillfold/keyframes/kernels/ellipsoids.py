@@ -52,14 +52,13 @@ def multiplier(matrix: Numbers, v: Numbers) -> Numbers:
     μ is zero for a point inside. Outside x'Σx = 1; 1/√(x'Σx) rises with μ and is concave, so that Newton's steps from
     zero never go too far.
     """
-    mu = 0.0
-    x = solved(matrix, mu, v)
+    mu, x = 0.0, v
     for _ in range(STEPS):
+        x = solved(matrix, mu, v)
         along = times(matrix, x)
         square = dot(x, along)
         root = math.sqrt(square)
         if not root > 1.0 + CLOSE:
             break
         mu += square * (root - 1.0) / dot(along, solved(matrix, mu, x))
-        x = solved(matrix, mu, v)
     return mu, x[0], x[1], x[2]

@@ -16,6 +16,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 GAP = 1e-13  # of the squared distance: where the search along s stops
+HALF_TURN = LENGTH * math.pi * (1.0 - 1e-9)  # longest rotation vector of a chart, scaled
 INSIDE = 1.0 - 1e-9  # √d² of projected and sampled poses, so that no rounding puts them outside
 
 
@@ -95,16 +96,14 @@ def ends_of(y: Array, k: int, table: Indices) -> Numbers:
 @inner
 def nearest_slice(blocks: Numbers, best: float) -> Numbers:
     """Least squared distance to the slices of a segment and its t; once it must be above `best`, only that it is."""
-    low, high = from_slice(blocks, 0.0), from_slice(blocks, 1.0)
-    if low[2] >= 0.0:
-        return low[1], 0.0
-    if high[2] <= 0.0:
-        return high[1], 1.0
-    for _ in range(chains.STEPS):
-        t, floor = chains.crossing(low, high)
-        if not min(low[1], high[1]) * (1.0 - GAP) > floor or floor > best:
+    low, high = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
+    for i in range(chains.STEPS):  # both ends first: fewer places to compile what is called
+        t, floor = (float(i), 0.0) if i < 2 else chains.crossing(low, high)
+        if i > 1 and (not min(low[1], high[1]) * (1.0 - GAP) > floor or floor > best):
             break
         here = from_slice(blocks, t)
+        if (i == 0 and here[2] >= 0.0) or (i == 1 and here[2] <= 0.0):
+            return here[1], t
         if here[2] < 0.0:
             low = here
         else:
@@ -157,6 +156,21 @@ def back(first: Numbers, second: Numbers, step: Numbers, v: Numbers, t: float) -
 
 
 @inner
+def in_chart(turn: Numbers, mean: Numbers) -> Numbers:
+    """The turn itself, or where it is more than half a turn what the chart covers of the way to it from the mean.
+
+    Beyond, the same rotation has other coordinates, and gates so wide need not hold those.
+    """
+    d = (turn[0] - mean[0], turn[1] - mean[1], turn[2] - mean[2])
+    short = dot(mean, mean) - HALF_TURN * HALF_TURN
+    if dot(turn, turn) <= HALF_TURN * HALF_TURN or short >= 0.0:
+        return turn
+    a, b = dot(d, d), dot(mean, d)
+    share = (math.sqrt(b * b - a * short) - b) / a
+    return mean[0] + share * d[0], mean[1] + share * d[1], mean[2] + share * d[2]
+
+
+@inner
 def drawn_in(y: Array, table: Indices) -> Numbers:
     """Bring scaled coordinates (6,) to the nearest inside; returns d² before, and how far [m] they went."""
     square, s = chains.membership_of(y, table)
@@ -165,9 +179,13 @@ def drawn_in(y: Array, table: Indices) -> Numbers:
     k, t = nearest_segment(y, s, table)
     b = ends_of(y, k, table)
     p, r = back(b[0], b[1], b[2], b[3], t), back(b[4], b[5], b[6], b[7], t)
+    v, step = b[7], b[6]
+    mean = (y[3] - v[0] + t * step[0], y[4] - v[1] + t * step[1], y[5] - v[2] + t * step[2])
+    turn = in_chart((y[3] + r[0], y[4] + r[1], y[5] + r[2]), mean)
+    r = (turn[0] - y[3], turn[1] - y[4], turn[2] - y[5])
     for c in range(3):
         y[c] += p[c]
-        y[c + 3] += r[c]
+        y[c + 3] = turn[c]
     return square, math.sqrt(dot(p, p) + dot(r, r))
 
 
