@@ -84,9 +84,7 @@ def plan_pair(asked: Asked, envelope: SoftEnvelope, start: Array, deadline: floa
     return outcome
 
 
-def _try_gate(
-    asked: Asked, wide: SoftEnvelope, start: Array, deadline: float, seed: int, outcome: Outcome
-) -> None:
+def _try_gate(asked: Asked, wide: SoftEnvelope, start: Array, deadline: float, seed: int, outcome: Outcome) -> None:
     """One rung of the ladder: into the reduced envelope, if need be, and on to the goal."""
     narrow = wide if asked.alpha >= 100.0 else wide.reduced(asked.alpha)
     outcome.reason, parts, here = "", [], start

@@ -1,6 +1,5 @@
 """Plans of keyframe skills: pair after pair; and of any constraint on the tool's pose."""
 
-from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
@@ -53,9 +52,7 @@ def plan_envelopes(
     return told(robot, start, outcomes, begun, first_pair, len(envelopes))
 
 
-def told(
-    robot: Robot, start: Array, outcomes: list[Outcome], begun: float, first_pair: int, asked: int
-) -> Plan:
+def told(robot: Robot, start: Array, outcomes: list[Outcome], begun: float, first_pair: int, asked: int) -> Plan:
     """The plan that outcomes of pairs make."""
     done = [outcome for outcome in outcomes if not outcome.reason]
     parts = [start[None], *(outcome.states[1:] for outcome in done)]
@@ -85,9 +82,7 @@ def told(
         "seconds": perf_counter() - begun,
     }
     residual = max((check.residual for check in checks), default=np.inf)
-    return Plan(
-        success, reason, path, path.length, residual, stats["iterations"], success, "envelope", stats=stats
-    )
+    return Plan(success, reason, path, path.length, residual, stats["iterations"], success, "envelope", stats=stats)
 
 
 def failed(robot: Robot, states: Array, reason: str, begun: float, route: str = "envelope") -> Plan:

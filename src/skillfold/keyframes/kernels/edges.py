@@ -6,17 +6,18 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import inner
-from skillfold.keyframes.kernels.descent import FULL, Problem, Work, tool_pose, turned
+from skillfold.keyframes.kernels.descent import tool_pose, turned
+from skillfold.keyframes.kernels.problem import Problem, Work
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 SPAN = 0.1  # radians between the poses of an edge that are looked at, besides those half-way
 CLOSER = 10  # parts of a span that is looked at more closely
 
 
 @inner
-def squared_gap(turning: Flags, a: Array, b: Array) -> float:
+def squared_gap(turning: Indices, a: Array, b: Array) -> float:
     """Squared length of the edge from a to b (D,), continuous joints turning the shorter way."""
     s = 0.0
     for k in range(a.size):
@@ -28,7 +29,7 @@ def squared_gap(turning: Flags, a: Array, b: Array) -> float:
 
 
 @inner
-def facing(turning: Flags, a: Array, b: Array, out: Array) -> None:
+def facing(turning: Indices, a: Array, b: Array, out: Array) -> None:
     """b (D,) less full turns, so that the edge from a is straight; `out` may be b."""
     for k in range(a.size):
         out[k] = a[k] + turned(b[k] - a[k]) if turning[k] else b[k]
