@@ -33,3 +33,42 @@ def branch(parents: Indices, node: int, out: Indices) -> int:
         node = parents[node]
         count += 1
     return count
+
+
+@inner
+def hang(parents: Indices, children: Indices, siblings: Indices, node: int, parent: int) -> None:
+    """Make `node` the first child of `parent`.
+
+    `children` holds the first child of each node, `siblings` the next child of its parent; -1 is none.
+    """
+    parents[node] = parent
+    siblings[node] = children[parent]
+    children[parent] = node
+
+
+@inner
+def unhang(parents: Indices, children: Indices, siblings: Indices, node: int) -> None:
+    """Take `node` from among the children of its parent."""
+    at = children[parents[node]]
+    if at == node:
+        children[parents[node]] = siblings[node]
+        return
+    while siblings[at] != node:
+        at = siblings[at]
+    siblings[at] = siblings[node]
+
+
+@inner
+def lower_costs(parents: Indices, children: Indices, siblings: Indices, costs: Array, top: int, saving: float) -> None:
+    """Take `saving` off the cost of `top` and of all that hangs on it."""
+    node = top
+    while True:
+        costs[node] -= saving
+        if children[node] >= 0:
+            node = children[node]
+            continue
+        while node != top and siblings[node] < 0:
+            node = parents[node]
+        if node == top:
+            return
+        node = siblings[node]

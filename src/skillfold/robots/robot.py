@@ -248,6 +248,13 @@ class Robot:
         """The same without what only pleases the eye: every shape costs time in every pose."""
         return self._spec.copy()
 
+    def compiled_tool(self, frame: str | None = None) -> kinematics.Tool:
+        """A frame for loops that stay compiled; None is the tool.
+
+        It belongs to the thread that asks: never use it in two threads at once, and keep the robot as long.
+        """
+        return kinematics.Tool(self._machine(), *self._frame(frame))
+
     @cached_property
     def _alone(self) -> "Obstacles":
         return self.obstacles()
