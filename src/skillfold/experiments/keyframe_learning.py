@@ -1,6 +1,7 @@
 """Learning keyframe skills from seven demonstrations: what the gates hold, and how often the keyframes are found."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ def random_truth(rng: np.random.Generator, count: int = 4) -> Truth:
             positions[-1] = positions[0] + rng.normal(0, 0.01, 3)
             rotations[-1] = rotations[0] @ matrix(rng.normal(0, 0.05, 3))
         roots = np.array([[_root(AXES, rng), _root(TURNS, rng)] for _ in range(count)])
-        turned = [np.linalg.norm(vector(a.T @ b)) for a, b in zip(rotations[:-1], rotations[1:], strict=True)]
+        turned = [np.linalg.norm(vector(a.T @ b)) for a, b in pairwise(rotations)]
         if (np.hypot(np.linalg.norm(np.diff(positions, axis=0), axis=1), 0.15 * np.array(turned)) > APART).all():
             return Truth(positions, rotations, roots)
 

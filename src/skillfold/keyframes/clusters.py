@@ -50,19 +50,32 @@ def cluster(demos: Sequence[Array], n_keyframes: int | None = None, seed: int = 
 
     Args:
         demos: unit quaternions of any sign.
-        n_keyframes: number of places; left out, the one with the highest evidence.
+        n_keyframes: number of places; left out, the one with the highest evidence among those whose places all
+            appear in a third of the demonstrations.
         seed: of k-means.
     """
     table = _Table.of(demos)
     numbers = _numbers(table.counts) if n_keyframes is None else range(n_keyframes, n_keyframes + 1)
     best = _search(table, numbers, seed)
     tried = tuple((k, float(found.evidence[0])) for k, found in best.items())
-    chosen = max(tried, key=lambda row: row[1])[0]
+    common = [row for row in tried if _all_common(best[row[0]].labels[0], row[0])]
+    chosen = max(common or tried, key=lambda row: row[1])[0]
     labels = best[chosen].labels[0]
     by_demo = [np.empty(0, np.int64)] * len(demos)
     for row, place in enumerate(table.order):
         by_demo[place] = labels[row, : table.counts[row]].copy()
     return Clusters(tuple(by_demo), tried, chosen)
+
+
+def assigned(demos: Sequence[Array], labels: Sequence[Indices], new: Array, places: int) -> Indices:
+    """Places (m,) of the keyframes of a further demonstration, under those of labelled ones."""
+    table = _Table.of([*demos, new])
+    known = [np.full(len(new), EXTRA) if i == len(demos) else labels[i] for i in table.order]
+    start = np.full(table.sums.shape[:2], EXTRA)
+    for row, values in enumerate(known):
+        start[row, : len(values)] = values
+    found = _laid(table, start[None], places, [table.order.index(len(demos))])
+    return found[0, table.order.index(len(demos)), : len(new)].copy()
 
 
 @dataclass(frozen=True)
@@ -103,6 +116,11 @@ def _own(demo: Array) -> tuple[float, ...]:
     steps = np.linalg.norm(np.diff(demo[:, :3], axis=0), axis=1)
     turned = 1 - np.abs((demo[1:, 3:] * demo[:-1, 3:]).sum(1))
     return (len(demo), *np.round(np.concatenate([steps, turned]), 9))
+
+
+def _all_common(labels: Indices, k: int) -> bool:
+    """Whether a third of the demonstrations (D, M) show each place."""
+    return all(3 * int((labels == place).any(1).sum()) >= len(labels) for place in range(k))
 
 
 def _numbers(counts: Sequence[int]) -> range:
@@ -191,7 +209,7 @@ def _solved(table: _Table, starts: list[Indices], k: int) -> Solutions:
     moving = np.arange(len(labels))
     for _ in range(SWEEPS):
         before = labels[moving].copy()
-        labels[moving] = _swept(table, before.copy(), k)
+        labels[moving] = _laid(table, before.copy(), k, range(len(table.counts)))
         moving = moving[(labels[moving] != before).any((1, 2))]
         if not len(moving):
             break
@@ -199,12 +217,13 @@ def _solved(table: _Table, starts: list[Indices], k: int) -> Solutions:
     return _better(empty, Solutions(labels, _evidence(table, labels, k)))
 
 
-def _swept(table: _Table, labels: Indices, k: int) -> Indices:
+def _laid(table: _Table, labels: Indices, k: int, rows: Sequence[int]) -> Indices:
+    """Labels (S, D, M) once these rows, one after the other, are laid along the places that all others tell."""
     member = (labels[..., None] == np.arange(k)).astype(np.float64)
     sums = np.einsum("sdmk,dmf->sdkf", member, table.sums)
     whole, scores = sums.sum(1), np.empty((labels.shape[2] + 1, k + 1))
     found = np.empty((len(labels), labels.shape[2]), np.int64)
-    for row, count in enumerate(table.counts):
+    for row, count in ((row, table.counts[row]) for row in rows):
         places = table.prior.places(whole - sums[:, row])
         hit, missed = next_shown(places.count, len(table.counts) - 1)
         likely = table.prior.further(places, table.positions[row], table.turns[row]) + hit[:, None]
