@@ -16,8 +16,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 ROOM = 20_000  # nodes of a tree
 FROM_TREE = 0.8  # share of the targets that are approached from the tree
 GOAL_BIAS = 0.2  # share that is drawn from the goal
-BATCHES = (32, 64, 128, 256)  # targets between two looks at the clock, the last again and again
-SHORTCUTS = 60  # tried on each path
+BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
+SHORTCUTS = 40  # tried on each path
 TURN = 2 * np.pi
 
 
@@ -93,29 +93,32 @@ def search(
         count = BATCHES[min(turn, len(BATCHES) - 1)]
         found.iterations += kernel.grow(problem, tree, *targets.draw(rng, count), first)
         turn += 1
-        improve(problem, tree, found, rng, begun)
-        if first and len(found.path):
+        better = improve(problem, tree, found, rng, begun)
+        if first and better:
             break
+        if better:
+            give_back(problem, tree, found.path)
     found.nodes = int(tree.count[0])
     return found
 
 
-def improve(problem: Problem, tree: kernel.Tree, found: Found, rng: np.random.Generator, begun: float) -> None:
-    """Take the tree's best way where it is better, shorten it, and give it back to the tree."""
+def improve(problem: Problem, tree: kernel.Tree, found: Found, rng: np.random.Generator, begun: float) -> bool:
+    """Take the tree's best way where it is better than what was found, and shorten it; whether that was better."""
     n = int(tree.count[0])
     goals = np.flatnonzero(tree.goals[:n])
     if not len(goals):
-        return
-    best = goals[tree.costs[goals].argmin()]
-    path = way_to(tree, int(best), problem.turning) if tree.costs[best] < found.cost - 1e-9 else found.path
+        return False
     if np.isnan(found.first):
         found.first = perf_counter() - begun
+    best = int(goals[tree.costs[goals].argmin()])
+    path = way_to(tree, best, problem.turning) if tree.costs[best] < found.cost - 1e-9 else found.path
     short = shortened(problem, path, rng.random((SHORTCUTS, 2)))
     cost = length_of(short)
-    if cost < found.cost:
-        found.path, found.cost = short, cost
-        found.costs.append((perf_counter() - begun, cost))
-        give_back(problem, tree, short)
+    if not cost < found.cost:
+        return False
+    found.path, found.cost = short, cost
+    found.costs.append((perf_counter() - begun, cost))
+    return True
 
 
 def give_back(problem: Problem, tree: kernel.Tree, path: Array) -> None:
@@ -171,5 +174,6 @@ def make_tree(limit: int, dof: int) -> kernel.Tree:
         *(np.empty(limit, np.int64) for _ in range(3)),
         np.empty(limit, np.bool_),
         np.zeros(1, np.int64),
+        np.empty(limit),
         np.empty(limit),
     )

@@ -12,8 +12,8 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.keyframes.kernels.charts import to_flat
 from skillfold.keyframes.kernels.descent import Problem, Work, descend, is_inside, make_work, tool_pose
-from skillfold.keyframes.kernels.edges import edge_holds, facing, squared_gap
-from skillfold.planning.tree import hang, lower_costs, nearest_node, unhang
+from skillfold.keyframes.kernels.edges import edge_holds, facing, is_clear, squared_gap
+from skillfold.planning.tree import hang, lower_costs, unhang
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -25,6 +25,7 @@ PROGRESS = 0.98  # of the distance left: a descent that closes less in a step is
 WIDEST, FACTOR = 0.8, 1.5  # radians: radius of Near at most, and its γ
 LEAST = 0.02  # radians: a shorter edge is not worth a node
 FROM_TREE, FROM_START, JOIN, END = range(4)  # how a target is used
+REFUSED = 2.0  # times as heavy: a node that could not be extended
 SAME = 1e-18  # square radians between joint positions that are the same
 TRIES = 4  # edges looked at for a better parent
 
@@ -39,6 +40,7 @@ class Tree(NamedTuple):
         parents, children, siblings: (limit,) see `skillfold.planning.tree`.
         goals: (limit,) whether the pose lies inside the goal.
         count: (1,) of the nodes.
+        weights: (limit,) of squared distances: nodes that could not be extended seem farther off.
         squares: (limit,) scratch.
     """
 
@@ -50,6 +52,7 @@ class Tree(NamedTuple):
     siblings: Indices
     goals: Flags
     count: Indices
+    weights: Array
     squares: Array
 
 
@@ -72,7 +75,7 @@ def put(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
     to_flat(work.pose, problem.middle, work.other)
     whitened(problem, work.other, tree.z[node])
     tree.goals[node] = is_inside(problem.goal, work.pose)
-    tree.costs[node] = 0.0
+    tree.costs[node], tree.weights[node] = 0.0, 1.0
     tree.parents[node] = tree.children[node] = tree.siblings[node] = -1
     tree.count[0] = node + 1
     return node
@@ -146,9 +149,21 @@ def has_room(tree: Tree) -> bool:
 @inner
 def try_add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> int:
     """The same, once it is looked at whether pose and edge hold and there is room; -1 where not."""
-    if not (has_room(tree) and is_inside(problem.hold, work.pose) and edge_holds(problem, tree.q[near], q, work)):
-        return -1
-    return add(problem, tree, near, q, work)
+    fits = has_room(tree) and is_inside(problem.hold, work.pose) and is_clear(problem, q)
+    return add(problem, tree, near, q, work) if fits and edge_holds(problem, tree.q[near], q, work) else -1
+
+
+@inner
+def nearest(tree: Tree, white: Array) -> int:
+    """The node whose pose is nearest to whitened coordinates (6,), weights considered."""
+    best, least = 0, math.inf
+    for i in range(tree.count[0]):
+        s = 0.0
+        for c in range(6):
+            s += (tree.z[i, c] - white[c]) ** 2
+        if tree.weights[i] * s < least:
+            best, least = i, tree.weights[i] * s
+    return best
 
 
 @inlined
@@ -240,7 +255,10 @@ def grow(problem: Problem, tree: Tree, targets: Array, kinds: Indices, starts: A
         newest = -1
         if kinds[t] == FROM_TREE:
             whitened(problem, targets[t], white)
-            newest = extend(problem, tree, nearest_node(tree.z, tree.count[0], white), targets[t], work)
+            near = nearest(tree, white)
+            newest = extend(problem, tree, near, targets[t], work)
+            if newest < 0:
+                tree.weights[near] *= REFUSED
         elif kinds[t] >= JOIN or get_inside(problem, starts[t], targets[t], work):
             newest = connect(problem, tree, starts[t], work)
             if kinds[t] == END and newest >= 0 and squared_gap(problem.turning, tree.q[newest], starts[t]) < SAME:
