@@ -24,7 +24,15 @@ def cost_rows(skills: Sequence[Learnt], seeds: int, settings: Settings, late: fl
     rising = sum(bool((np.diff([cost for _, cost in c]) > 0.0).any()) for c in costs)
     note = f"{len(costs)} of {len(found)} plans; p95 {np.quantile(above, 0.95):.3g}; none after {SOON:g} s: the first"
     return [
-        Row(f"cost after {SOON:g} s above that after {late:g} s, median", float(np.median(above)), "", 0.1, "<=", "", note),
+        Row(
+            f"cost after {SOON:g} s above that after {late:g} s, median",
+            float(np.median(above)),
+            "",
+            0.1,
+            "<=",
+            "",
+            note,
+        ),
         Row("plans whose cost rises with time", float(rising), "", 0, "==", "", f"{len(costs)} plans"),
     ]
 
@@ -43,15 +51,15 @@ def turned_rows(skills: Sequence[Learnt], seeds: int, settings: Settings) -> lis
     for number, learnt in enumerate(skills):
         settings.progress("keyframes: direction of paths", 0.45 + 0.15 * number / len(skills))
         starts = [learnt.start([settings.seed, 7, learnt.draw, seed]) for seed in range(seeds)]
-        mine = [
-            float(np.mean([turned(ask(learnt, q, alpha, i)) for i, q in enumerate(starts)])) for alpha in ALPHAS
-        ]
+        mine = [float(np.mean([turned(ask(learnt, q, alpha, i)) for i, q in enumerate(starts)])) for alpha in ALPHAS]
         shares.setdefault(learnt.task.name, []).append(mine)
     rows = []
     for (name, values), target in zip(shares.items(), (0.01, None), strict=False):
         whole, reduced = np.array(values).T
         p = float(wilcoxon(reduced, whole, alternative="greater").pvalue)
-        note = f"share of off-axis motion {whole.mean():.3f} at α 100, {reduced.mean():.3f} at α 85; {len(whole)} draws"
+        note = (
+            f"share of off-axis motion {whole.mean():.3f} at α 100, {reduced.mean():.3f} at α 85; {len(whole)} draws"
+        )
         rows.append(Row(f"{name}: along the parent's direction in the first third, p", p, "", target, "<", "", note))
     return rows
 

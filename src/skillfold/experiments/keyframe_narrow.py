@@ -161,6 +161,8 @@ def _rows(found: Sequence[Answer], shares: Array) -> list[Row]:
     counts = ", ".join(f"× {factor:g}: {factors.count(factor)}" for factor in sorted(set(factors)))
     return [
         Row("narrow scenes: solved in 1 s, gates as learnt", solved, "share", 0.95, ">=", "", note),
-        Row("narrow scenes: solved, gates widened where need be", widened, "share", 0.99, ">=", "", f"gates {counts}"),
+        Row(
+            "narrow scenes: solved, gates widened where need be", widened, "share", 0.99, ">=", "", f"gates {counts}"
+        ),
         Row("narrow scenes: paths outside or in touch", float(len(wrong)), "", 0, "=="),
     ]

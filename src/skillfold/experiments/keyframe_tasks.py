@@ -133,4 +133,3 @@ def tasks() -> tuple[Task, Task]:
         PARCEL,
     )
     return drop, place
-
