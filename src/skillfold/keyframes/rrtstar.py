@@ -90,28 +90,44 @@ def search(
     if tree.goals[0]:
         return Found(np.stack([start, start]), 0.0, 1, 0, perf_counter() - begun, [(perf_counter() - begun, 0.0)])
     while (turn == 0 or perf_counter() < deadline) and tree.count[0] < ROOM:
-        count = BATCHES[min(turn, len(BATCHES) - 1)]
-        found.iterations += kernel.grow(problem, tree, *targets.draw(rng, count), first)
+        batch = targets.draw(rng, BATCHES[min(turn, len(BATCHES) - 1)])
         turn += 1
-        better = improve(problem, tree, found, rng, begun)
-        if first and better:
+        if _use(problem, tree, batch, found, rng, begun, first) and first:
             break
-        if better:
-            give_back(problem, tree, found.path)
     found.nodes = int(tree.count[0])
     return found
 
 
+def _use(
+    problem: Problem,
+    tree: kernel.Tree,
+    batch: tuple[Array, Array, Array],
+    found: Found,
+    rng: np.random.Generator,
+    begun: float,
+    first: bool,
+) -> bool:
+    """Grow the tree by a batch of targets, or until a first way is found; whether a better one was."""
+    used, better = 0, False
+    while used < len(batch[0]) and tree.count[0] < ROOM:
+        used += kernel.grow(problem, tree, *(part[used:] for part in batch), first)
+        better = improve(problem, tree, found, rng, begun)
+        if better and first:
+            break
+        if better:
+            give_back(problem, tree, found.path)
+    found.iterations += used
+    return better
+
+
 def improve(problem: Problem, tree: kernel.Tree, found: Found, rng: np.random.Generator, begun: float) -> bool:
     """Take the tree's best way where it is better than what was found, and shorten it; whether that was better."""
-    n = int(tree.count[0])
-    goals = np.flatnonzero(tree.goals[:n])
-    if not len(goals):
+    best = proven_goal(problem, tree, found.cost)
+    if best < 0:
         return False
     if np.isnan(found.first):
         found.first = perf_counter() - begun
-    best = int(goals[tree.costs[goals].argmin()])
-    path = way_to(tree, best, problem.turning) if tree.costs[best] < found.cost - 1e-9 else found.path
+    path = way_to(tree, best, problem.turning)
     short = shortened(problem, path, rng.random((SHORTCUTS, 2)))
     cost = length_of(short)
     if not cost < found.cost:
@@ -119,6 +135,17 @@ def improve(problem: Problem, tree: kernel.Tree, found: Found, rng: np.random.Ge
     found.path, found.cost = short, cost
     found.costs.append((perf_counter() - begun, cost))
     return True
+
+
+def proven_goal(problem: Problem, tree: kernel.Tree, cost: float) -> int:
+    """The goal node that costs least, its way clear all along; -1 where none costs less than `cost`."""
+    while True:
+        goals = np.flatnonzero(tree.goals[: tree.count[0]])
+        best = int(goals[tree.costs[goals].argmin()]) if len(goals) else -1
+        if best < 0 or not tree.costs[best] < cost - 1e-9:
+            return -1
+        if kernel.prove(problem, tree, best):
+            return best
 
 
 def give_back(problem: Problem, tree: kernel.Tree, path: Array) -> None:
@@ -174,6 +201,7 @@ def make_tree(limit: int, dof: int) -> kernel.Tree:
         *(np.empty(limit, np.int64) for _ in range(3)),
         np.empty(limit, np.bool_),
         np.zeros(1, np.int64),
+        np.empty(limit, np.bool_),
         np.empty(limit),
         np.empty(limit),
     )

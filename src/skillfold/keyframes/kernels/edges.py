@@ -74,15 +74,17 @@ def is_clear(problem: Problem, q: Array) -> bool:
 
 
 @inner
-def edge_holds(problem: Problem, a: Array, b: Array, work: Work) -> bool:
-    """Whether the edge from a to b (D,), both clear, is clear and inside; `work.end` is then b, facing a.
-
-    The middle is looked at first: edges that are blocked cost most.
-    """
+def seems_to_hold(problem: Problem, a: Array, b: Array, work: Work) -> bool:
+    """Whether the edge from a to b (D,), both clear, is inside, and clear half-way; `work.end` is then b, facing a."""
     end, middle = work.end, work.state
     facing(problem.turning, a, b, end)
     for k in range(a.size):
         middle[k] = 0.5 * (a[k] + end[k])
-    if not is_clear(problem, middle) or problem.edge(a, end, problem.margin, problem.arguments) < 1.0:
-        return False
-    return stays_inside(problem, a, end, work)
+    return is_clear(problem, middle) and stays_inside(problem, a, end, work)
+
+
+@inner
+def edge_is_clear(problem: Problem, a: Array, b: Array, work: Work) -> bool:
+    """Whether the edge from a to b (D,) is clear all along."""
+    facing(problem.turning, a, b, work.end)
+    return problem.edge(a, work.end, problem.margin, problem.arguments) >= 1.0

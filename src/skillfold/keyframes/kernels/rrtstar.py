@@ -12,8 +12,8 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.keyframes.kernels.charts import to_flat
 from skillfold.keyframes.kernels.descent import Problem, Work, descend, is_inside, make_work, tool_pose
-from skillfold.keyframes.kernels.edges import edge_holds, facing, is_clear, squared_gap
-from skillfold.planning.tree import hang, lower_costs, unhang
+from skillfold.keyframes.kernels.edges import edge_is_clear, facing, is_clear, seems_to_hold, squared_gap
+from skillfold.planning.tree import LOST, cut, hang, lower_costs, unhang
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -40,6 +40,7 @@ class Tree(NamedTuple):
         parents, children, siblings: (limit,) see `skillfold.planning.tree`.
         goals: (limit,) whether the pose lies inside the goal.
         count: (1,) of the nodes.
+        proven: (limit,) whether the edge from the parent is known to be clear.
         weights: (limit,) of squared distances: nodes that could not be extended seem farther off.
         squares: (limit,) scratch.
     """
@@ -52,6 +53,7 @@ class Tree(NamedTuple):
     siblings: Indices
     goals: Flags
     count: Indices
+    proven: Flags
     weights: Array
     squares: Array
 
@@ -75,7 +77,7 @@ def put(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
     to_flat(work.pose, problem.middle, work.other)
     whitened(problem, work.other, tree.z[node])
     tree.goals[node] = is_inside(problem.goal, work.pose)
-    tree.costs[node], tree.weights[node] = 0.0, 1.0
+    tree.costs[node], tree.weights[node], tree.proven[node] = 0.0, 1.0, False
     tree.parents[node] = tree.children[node] = tree.siblings[node] = -1
     tree.count[0] = node + 1
     return node
@@ -109,7 +111,7 @@ def choose_parent(problem: Problem, tree: Tree, node: int, near: int, square: fl
                     found, least = i, through
         if found < 0 or found == near:
             break
-        if edge_holds(problem, tree.q[found], tree.q[node], work):
+        if seems_to_hold(problem, tree.q[found], tree.q[node], work):
             parent, cost = found, least
             break
         refused = least
@@ -121,12 +123,13 @@ def choose_parent(problem: Problem, tree: Tree, node: int, near: int, square: fl
 def rewire(problem: Problem, tree: Tree, node: int, square: float, work: Work) -> None:
     """Hang nodes near on this one where that lowers their costs, and costs of what hangs on them."""
     for i in range(1, node):
-        if tree.squares[i] >= square or i == tree.parents[node]:
+        if not tree.squares[i] < square or i == tree.parents[node]:
             continue
         saving = tree.costs[i] - tree.costs[node] - math.sqrt(tree.squares[i])
-        if saving > 1e-9 and edge_holds(problem, tree.q[node], tree.q[i], work):
+        if saving > 1e-9 and seems_to_hold(problem, tree.q[node], tree.q[i], work):
             unhang(tree.parents, tree.children, tree.siblings, i)
             hang(tree.parents, tree.children, tree.siblings, i, node)
+            tree.proven[i] = False
             lower_costs(tree.parents, tree.children, tree.siblings, tree.costs, i, saving)
 
 
@@ -150,7 +153,7 @@ def has_room(tree: Tree) -> bool:
 def try_add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> int:
     """The same, once it is looked at whether pose and edge hold and there is room; -1 where not."""
     fits = has_room(tree) and is_inside(problem.hold, work.pose) and is_clear(problem, q)
-    return add(problem, tree, near, q, work) if fits and edge_holds(problem, tree.q[near], q, work) else -1
+    return add(problem, tree, near, q, work) if fits and seems_to_hold(problem, tree.q[near], q, work) else -1
 
 
 @inner
@@ -266,3 +269,31 @@ def grow(problem: Problem, tree: Tree, targets: Array, kinds: Indices, starts: A
         if first and newest >= 0 and tree.goals[newest]:
             return t + 1
     return len(targets)
+
+
+@njit
+def prove(problem: Problem, tree: Tree, goal: int) -> bool:
+    """Whether the way to a node is clear all along; at an edge that is not, the tree loses what hangs on it."""
+    work, node, blocked = make_work(tree.q.shape[1]), goal, -1
+    while tree.parents[node] >= 0:
+        above = tree.parents[node]
+        if not tree.proven[node]:
+            tree.proven[node] = edge_is_clear(problem, tree.q[above], tree.q[node], work)
+            if not tree.proven[node]:
+                blocked = node
+        node = above
+    if blocked >= 0:
+        cut(tree.parents, tree.children, tree.siblings, tree.costs, blocked)
+        forget(tree)
+    return blocked < 0
+
+
+@inner
+def forget(tree: Tree) -> None:
+    """Put nodes that were lost where no target is near."""
+    for i in range(tree.count[0]):
+        if tree.parents[i] == LOST and tree.z[i, 0] < math.inf:
+            tree.goals[i] = False
+            tree.z[i, 0] = math.inf
+            for k in range(tree.q.shape[1]):
+                tree.q[i, k] = math.nan
