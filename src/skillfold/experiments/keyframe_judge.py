@@ -53,7 +53,7 @@ def judge(robot: Robot, world: World, envelope: Any, states: Array) -> Verdict:
 
 
 def least_squares(envelope: Any, poses: Array) -> Array:
-    """Least d² (n,) of poses (n, 7) over all s, 1 at the edge; found to the last only where it is above 1 on a grid."""
+    """Least d² (n,) of poses (n, 7) over all s, 1 at the edge; searched to the end where a grid says 1 or more."""
     y = in_chart(envelope.chart.middle, poses)
     segments = len(envelope.covariances) - 1
     grid = np.linspace(0.0, 1.0, segments * -(-GRID // segments) + 1)

@@ -1,6 +1,7 @@
 """How planned paths get shorter with time, and how the reduced envelope turns them toward what was demonstrated."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -45,37 +46,54 @@ def cost_at(costs: Sequence[tuple[float, float]], seconds: float) -> float:
 
 def turned_rows(skills: Sequence[Learnt], seeds: int, settings: Settings) -> list[Row]:
     """Off-axis motion along the parent's principal direction in the first third, α 85 against 100, by draw."""
-    from scipy.stats import wilcoxon
-
-    shares: dict[str, list[list[float]]] = {}
+    found: dict[str, list[Array]] = {}
     for number, learnt in enumerate(skills):
         settings.progress("keyframes: direction of paths", 0.45 + 0.15 * number / len(skills))
         starts = [learnt.start([settings.seed, 7, learnt.draw, seed]) for seed in range(seeds)]
-        mine = [float(np.mean([turned(ask(learnt, q, alpha, i)) for i, q in enumerate(starts)])) for alpha in ALPHAS]
-        shares.setdefault(learnt.task.name, []).append(mine)
-    rows = []
-    for (name, values), target in zip(shares.items(), (0.01, None), strict=False):
-        whole, reduced = np.array(values).T
-        p = float(wilcoxon(reduced, whole, alternative="greater").pvalue)
-        note = (
-            f"share of off-axis motion {whole.mean():.3f} at α 100, {reduced.mean():.3f} at α 85; {len(whole)} draws"
-        )
-        rows.append(Row(f"{name}: along the parent's direction in the first third, p", p, "", target, "<", "", note))
-    return rows
+        answers = [[ask(learnt, q, alpha, i) for i, q in enumerate(starts)] for alpha in ALPHAS]
+        mine = [
+            np.mean([turned(a) for a in some if a.plan.success] or [(np.nan, np.nan)], axis=0) for some in answers
+        ]
+        found.setdefault(learnt.task.name, []).append(np.array(mine))
+    targets = (0.01, None)
+    return [_turned_row(*named, target) for named, target in zip(found.items(), targets, strict=False)]
 
 
-def turned(answer: Answer) -> float:
-    """Share of the tool's motion across the axis, in the first third of it, along the parent's principal direction."""
+def _turned_row(task: str, values: Sequence[Array], target: float | None) -> Row:
+    """Of share and metres (2,) at each α, by draw."""
+    whole, reduced = np.array([v for v in values if np.isfinite(v).all()]).swapaxes(0, 1)
+    p, q = (_above(reduced[:, k], whole[:, k]) for k in range(2))
+    (a, b), (c, d) = whole.mean(axis=0), reduced.mean(axis=0)
+    note = (
+        f"share of the motion off the axis {a:.3f} at α 100, {c:.3f} at α 85, {len(whole)} draws (Wilcoxon, one-sided); "
+        f"in centimetres {100 * b:.3g} and {100 * d:.3g}, p = {q:.2g}"
+    )
+    return Row(f"{task}: along the parent's direction in the first third, p", p, "", target, "<", "", note)
+
+
+def _above(first: Array, second: Array) -> float:
+    """p that pairs (n,) are not larger in the first."""
+    from scipy.stats import wilcoxon
+
+    found: Any = wilcoxon(first, second, alternative="greater")
+    return float(found.pvalue)
+
+
+def turned(answer: Answer) -> tuple[float, float]:
+    """Of the tool's motion across the axis, in the first third of it, what goes along the parent's main direction.
+
+    Share of it, and metres.
+    """
     parent, child = answer.learnt.envelope.parent, answer.learnt.envelope.child
     axis = child.mean[:3] - parent.mean[:3]
     places = answer.learnt.task.robot.forward(answer.plan.path.states)[:, :3] - parent.mean[:3]
     return off_axis(places, axis, np.linalg.eigh(parent.covariance[:3, :3])[1][:, -1])
 
 
-def off_axis(places: Array, axis: Array, direction: Array) -> float:
-    """Of a way (n, 3) from near the origin along an axis (3,): the share of its steps across that go along a direction.
+def off_axis(places: Array, axis: Array, direction: Array) -> tuple[float, float]:
+    """Of a way (n, 3) from near the origin along an axis (3,): how far its steps across go along a direction.
 
-    Until a third of the axis is behind it; 0 where nothing goes across.
+    Until a third of the axis is behind it; as a share of all that goes across, 0 where nothing does, and in metres.
     """
     length = np.linalg.norm(axis)
     axis = axis / length
@@ -83,6 +101,6 @@ def off_axis(places: Array, axis: Array, direction: Array) -> float:
     steps = np.diff(places[: int(beyond.argmax()) + 1 if beyond.any() else len(places)], axis=0)
     across = steps - np.outer(steps @ axis, axis)
     along = direction - (direction @ axis) * axis
-    along /= np.linalg.norm(along)
-    whole = float(np.linalg.norm(across, axis=1).sum())
-    return float(np.abs(across @ along).sum()) / whole if whole > 0.0 else 0.0
+    along = along / np.linalg.norm(along)
+    whole, part = float(np.linalg.norm(across, axis=1).sum()), float(np.abs(across @ along).sum())
+    return (part / whole if whole > 0.0 else 0.0), part

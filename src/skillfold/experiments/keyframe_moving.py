@@ -1,4 +1,4 @@
-"""A box moves into the way while a planned path is driven: the path is looked at anew at every tick, and planned anew.
+"""A box moves into the way while a planned path is driven; the path is looked at at every tick, and planned anew.
 
 The arm drives along its path at a steady joint speed. The box comes from the side or from above to a place on the
 path that lies ahead. At every tick the planner is told where the box is, a little larger than it is, because it goes
@@ -29,6 +29,8 @@ ARRIVES = 0.3  # share of the path that the arm has driven by then
 JOINT_SPEED = 0.5  # rad a second
 TICK, FINE = 0.02, 0.005  # seconds between looks, and between the states that are judged
 LONGEST = 20.0  # seconds of an episode
+AWAY = np.array([5.0, 5.0, 5.0])
+AWAY = np.array([5.0, 5.0, 5.0])
 TRIES = 50  # of a box that neither touches the arm as it comes nor stands where the path must end
 
 
@@ -63,14 +65,12 @@ def rows(skills: Sequence[Learnt], episodes: int, settings: Settings) -> list[Ro
         f"{len(told)} episodes, {np.isfinite(times).sum()} new plans, median {np.median(times):.3g} ms; "
         f"a look that keeps the plan {np.median(looks):.2g} ms; {sum(e.arrived for e in told)} arrived"
     )
-    touched, caught = (sum(bool(getattr(e, name)) for e in told) for name in ("touched", "caught"))
+    touched, caught = (float(sum(bool(getattr(e, name)) for e in told)) for name in ("touched", "caught"))
+    seen = f"every {FINE:g} s by MuJoCo's contacts; {caught:g} episodes in which the box ran into one without a way"
     return [
         Row("moving box: replan, p95", float(np.quantile(times, 0.95)), "ms", 50.0, "<=", "", note),
-        Row(
-            "moving box: episodes in which a robot that was free touches something",
-            float(touched), "", 0, "==", "", f"every {FINE:g} s by MuJoCo's contacts; {caught} in which one had no way left",
-        ),
-    ]  # fmt: skip
+        Row("moving box: episodes in which a free robot touches", touched, "", 0, "==", "", seen),
+    ]
 
 
 def episode(learnt: Learnt, rng: np.random.Generator) -> Episode:
@@ -90,17 +90,18 @@ def episode(learnt: Learnt, rng: np.random.Generator) -> Episode:
 def coming(learnt: Learnt, plan: Plan, rng: np.random.Generator) -> Box:
     """A box that comes to rest on a path, from the side or from above, when the arm has driven some of it."""
     robot, states = learnt.task.robot, np.asarray(plan.path.states)
+    arrives = ARRIVES * plan.path.length / JOINT_SPEED
+    times = arrives + np.array([-DISTANCE / SPEED, 0.0])
+    arrives = ARRIVES * plan.path.length / JOINT_SPEED
+    times = arrives + np.array([-DISTANCE / SPEED, 0.0])
     for _ in range(TRIES):
         place = robot.forward(at(states, rng.uniform(*WHERE) * plan.path.length))[:3]
-        angle = rng.uniform(0.0, 2 * np.pi)
-        rise = rng.uniform(0.0, 0.5)
+        angle, rise = rng.uniform(0.0, 2 * np.pi), rng.uniform(0.0, 0.5)
         away = np.array([np.cos(angle), np.sin(angle), rise]) / np.hypot(1.0, rise)
-        arrives = ARRIVES * plan.path.length / JOINT_SPEED
-        times = arrives + np.array([-DISTANCE / SPEED, 0.0])
         box = Box(place, SIZE, name=NAME, motion=Motion(times, [place + DISTANCE * away, place]))
-        if _fair(robot.obstacles([box], self_collision=False), states, plan.path.length, arrives):
+        if _fair(robot.obstacles([box], self_collision=False), states, arrives):
             return box
-    return Box(place, SIZE, name=NAME, motion=Motion(times, [place + 10.0, place + 10.0]))
+    return Box(AWAY, SIZE, name=NAME, motion=Motion(times, [AWAY, AWAY]))
 
 
 def at(states: Array, length: float) -> Array:
@@ -109,12 +110,12 @@ def at(states: Array, length: float) -> Array:
     return np.array([np.interp(length, places, column) for column in states.T])
 
 
-def _fair(obstacles: Obstacles, states: Array, length: float, arrives: float) -> bool:
+def _fair(obstacles: Obstacles, states: Array, arrives: float) -> bool:
     """Whether the box stays clear of an arm that drives on until the box rests, and of both ends of the path."""
     times = np.linspace(0.0, arrives, 30)
     way = [obstacles.at(float(t)).clearance(at(states, JOINT_SPEED * t)) for t in times]
     ends = obstacles.at(arrives).clearance(states[[0, -1]])
-    return min(*way, *ends) > 2 * GUARD
+    return bool(min(*way, *ends) > 2 * GUARD)
 
 
 class _Drive:

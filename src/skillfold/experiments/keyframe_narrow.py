@@ -20,6 +20,7 @@ from skillfold.robots.reaching import reach
 from skillfold.robots.scene import Scene
 from skillfold.robots.shapes import Box
 from skillfold.robots.world import World
+from skillfold.tables import Indices
 
 FREE = 0.05  # share of the mid-slice
 POSES = 200  # that the share is measured by
@@ -50,7 +51,7 @@ class Slice:
     across: Array
     half: Array
     postures: Array
-    owners: Array
+    owners: Indices
     poses: int
 
     def free(self, scene: Any) -> float:
@@ -154,15 +155,13 @@ def _rows(found: Sequence[Answer], shares: Array) -> list[Row]:
     times = 1e3 * np.array([answer.seconds for answer in found if answer.solved] or [np.nan])
     wrong = [a for a in found if a.verdict is not None and (a.verdict.outside or a.verdict.touching)]
     note = (
-        f"{len(found)} walls, {shares.mean():.3f} ± {shares.std():.3f} free: {POSES} poses of the slice in its plane, "
-        f"clear in some posture; median {np.median(times):.3g} ms, p95 {np.quantile(times, 0.95):.3g} ms"
+        f"{len(found)} walls, {shares.mean():.3f} ± {shares.std():.3f} free ({POSES} poses in its plane, "
+        f"clear in some posture); median {np.median(times):.3g} ms, p95 {np.quantile(times, 0.95):.3g} ms"
     )
     factors = [answer.plan.stats["gate_factor"] for answer in found if answer.plan.success]
-    counts = ", ".join(f"× {factor:g}: {factors.count(factor)}" for factor in sorted(set(factors)))
+    counts = "gates " + ", ".join(f"× {factor:g}: {factors.count(factor)}" for factor in sorted(set(factors)))
     return [
         Row("narrow scenes: solved in 1 s, gates as learnt", solved, "share", 0.95, ">=", "", note),
-        Row(
-            "narrow scenes: solved, gates widened where need be", widened, "share", 0.99, ">=", "", f"gates {counts}"
-        ),
+        Row("narrow scenes: solved, gates widened where need be", widened, "share", 0.99, ">=", "", counts),
         Row("narrow scenes: paths outside or in touch", float(len(wrong)), "", 0, "=="),
     ]

@@ -1,9 +1,9 @@
 """Section III of paper 002: pick and drop past a cracker box, pick and place past a coffee can, with the Jaco.
 
-The arm stands on a short edge of the table, its base at the origin and the table's top at z = 0; the hand points down.
-In task 1 it reaches out, in task 2 across. Seven demonstrations of two keyframes are drawn from Gaussians that stand here, and no learner sees: first
-where the hand sets out, then where it ends. The scene while demonstrating has what the task is about; afterwards
-something stands in the straight way.
+The arm stands on a short edge of the table, its base at the origin the table's top at z = 0; the hand points down.
+In task 1 it reaches out, in task 2 across. Seven demonstrations of two keyframes are drawn from Gaussians that stand
+here, and no learner sees: first where the hand sets out, then where it ends. The scene while demonstrating has what
+the task is about; afterwards something stands in the straight way.
 """
 
 from dataclasses import dataclass
