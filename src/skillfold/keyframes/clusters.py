@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from skillfold.keyframes.charts import LENGTH
 from skillfold.keyframes.evidence import SUMS, Prior, next_shown, shown, sums_of
@@ -56,7 +57,8 @@ def cluster(demos: Sequence[Array], n_keyframes: int | None = None, seed: int = 
     """
     table = _Table.of(demos)
     numbers = _numbers(table.counts) if n_keyframes is None else range(n_keyframes, n_keyframes + 1)
-    best = _search(table, numbers, seed)
+    with threadpool_limits(1):  # threads cost more than they bring at such sizes
+        best = _search(table, numbers, seed)
     tried = tuple((k, float(found.evidence[0])) for k, found in best.items())
     common = [row for row in tried if _all_common(best[row[0]].labels[0], row[0])]
     chosen = max(common or tried, key=lambda row: row[1])[0]

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from warnings import warn
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from skillfold import archive
 from skillfold.errors import InputError
@@ -196,8 +195,7 @@ def _learnt(
         raise InputError("keyframes: one demonstration; expected two at least, for how they differ is the skill.")
     if n_keyframes is not None:
         _whole("n_keyframes", n_keyframes, 1, max(map(len, demos)))
-    with threadpool_limits(1):  # threads cost more than they bring at such sizes
-        found = cluster(demos, n_keyframes, seed)
+    found = cluster(demos, n_keyframes, seed)
     groups = [
         np.concatenate([demo[labels == k] for demo, labels in zip(demos, found.labels, strict=True)])
         for k in range(found.chosen)
