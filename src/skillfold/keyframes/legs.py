@@ -69,6 +69,7 @@ class Leg:
             self.robot.compiled_tool(),
             Held(hold.excess, hold.project, hold.arguments, self.level),
             Held(goal.excess, goal.project, goal.arguments, goal_level),
+            clear.clearance,
             clear.edge,
             clear.arguments,
             margin,

@@ -1,7 +1,7 @@
 """From one keyframe to the next: gates widened step by step, and the way into a reduced envelope."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
@@ -71,7 +71,7 @@ def plan_pair(asked: Asked, envelope: SoftEnvelope, start: Array, deadline: floa
     """A path from joint positions (D,) through an envelope into its child's gate; wider gates where there is none."""
     outcome = Outcome(np.empty((0, len(start))))
     for factor, share in zip(FACTORS, SHARES, strict=True):
-        wide = widened(envelope, factor)
+        wide = envelope if factor == 1.0 else envelope.widened(factor)
         pose = asked.robot.forward(start)
         if not wide.contains(pose):
             outcome.reason = f"The start lies {float(wide.distance(pose)):.2g} m outside the gates."
@@ -181,8 +181,3 @@ def _leg(
 def at_end(region: PoseRegion) -> PoseRegion:
     """Its poses at s = 1 alone."""
     return PoseRegion(region.chart, region.ends[[1, 1]], region.covariances[[-1, -1]])
-
-
-def widened(envelope: SoftEnvelope, factor: float) -> SoftEnvelope:
-    """With gates a factor wider in d²."""
-    return envelope if factor == 1.0 else replace(envelope, covariances=factor * envelope.covariances)

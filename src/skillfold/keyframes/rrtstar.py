@@ -16,8 +16,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 ROOM = 20_000  # nodes of a tree
 FROM_TREE = 0.8  # share of the targets that are approached from the tree
 GOAL_BIAS = 0.2  # share that is drawn from the goal
-BATCHES = (32, 64, 128, 256)  # targets between two looks at the clock, the last again and again
-SHORTCUTS = 60  # tried on each path
+BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
+SHORTCUTS = 40  # tried on each path
 TURN = 2 * np.pi
 
 
@@ -90,32 +90,62 @@ def search(
     if tree.goals[0]:
         return Found(np.stack([start, start]), 0.0, 1, 0, perf_counter() - begun, [(perf_counter() - begun, 0.0)])
     while (turn == 0 or perf_counter() < deadline) and tree.count[0] < ROOM:
-        count = BATCHES[min(turn, len(BATCHES) - 1)]
-        found.iterations += kernel.grow(problem, tree, *targets.draw(rng, count), first)
+        batch = targets.draw(rng, BATCHES[min(turn, len(BATCHES) - 1)])
         turn += 1
-        improve(problem, tree, found, rng, begun)
-        if first and len(found.path):
+        if _use(problem, tree, batch, found, rng, begun, first) and first:
             break
     found.nodes = int(tree.count[0])
     return found
 
 
-def improve(problem: Problem, tree: kernel.Tree, found: Found, rng: np.random.Generator, begun: float) -> None:
-    """Take the tree's best way where it is better, shorten it, and give it back to the tree."""
-    n = int(tree.count[0])
-    goals = np.flatnonzero(tree.goals[:n])
-    if not len(goals):
-        return
-    best = goals[tree.costs[goals].argmin()]
-    path = way_to(tree, int(best), problem.turning) if tree.costs[best] < found.cost - 1e-9 else found.path
+def _use(
+    problem: Problem,
+    tree: kernel.Tree,
+    batch: tuple[Array, Array, Array],
+    found: Found,
+    rng: np.random.Generator,
+    begun: float,
+    first: bool,
+) -> bool:
+    """Grow the tree by a batch of targets, or until a first way is found; whether a better one was."""
+    used, better = 0, False
+    while used < len(batch[0]) and tree.count[0] < ROOM:
+        used += kernel.grow(problem, tree, *(part[used:] for part in batch), first)
+        better = improve(problem, tree, found, rng, begun)
+        if better and first:
+            break
+        if better:
+            give_back(problem, tree, found.path)
+    found.iterations += used
+    return better
+
+
+def improve(problem: Problem, tree: kernel.Tree, found: Found, rng: np.random.Generator, begun: float) -> bool:
+    """Take the tree's best way where it is better than what was found, and shorten it; whether that was better."""
+    best = proven_goal(problem, tree, found.cost)
+    if best < 0:
+        return False
     if np.isnan(found.first):
         found.first = perf_counter() - begun
+    path = way_to(tree, best, problem.turning)
     short = shortened(problem, path, rng.random((SHORTCUTS, 2)))
     cost = length_of(short)
-    if cost < found.cost:
-        found.path, found.cost = short, cost
-        found.costs.append((perf_counter() - begun, cost))
-        give_back(problem, tree, short)
+    if not cost < found.cost:
+        return False
+    found.path, found.cost = short, cost
+    found.costs.append((perf_counter() - begun, cost))
+    return True
+
+
+def proven_goal(problem: Problem, tree: kernel.Tree, cost: float) -> int:
+    """The goal node that costs least, its way clear all along; -1 where none costs less than `cost`."""
+    while True:
+        goals = np.flatnonzero(tree.goals[: tree.count[0]])
+        best = int(goals[tree.costs[goals].argmin()]) if len(goals) else -1
+        if best < 0 or not tree.costs[best] < cost - 1e-9:
+            return -1
+        if kernel.prove(problem, tree, best):
+            return best
 
 
 def give_back(problem: Problem, tree: kernel.Tree, path: Array) -> None:
@@ -171,5 +201,7 @@ def make_tree(limit: int, dof: int) -> kernel.Tree:
         *(np.empty(limit, np.int64) for _ in range(3)),
         np.empty(limit, np.bool_),
         np.zeros(1, np.int64),
+        np.empty(limit, np.bool_),
+        np.empty(limit),
         np.empty(limit),
     )

@@ -10,6 +10,8 @@ from skillfold.jit import inner
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
+LOST = -2  # parent of a node that was taken out
+
 
 @inner
 def nearest_node(states: Array, count: int, target: Array) -> int:
@@ -72,3 +74,26 @@ def lower_costs(parents: Indices, children: Indices, siblings: Indices, costs: A
         if node == top:
             return
         node = siblings[node]
+
+
+@inner
+def cut(parents: Indices, children: Indices, siblings: Indices, costs: Array, top: int) -> None:
+    """Take `top` and all that hangs on it out of the tree: their parent becomes `LOST`, their cost infinite."""
+    unhang(parents, children, siblings, top)
+    siblings[top] = -1
+    node = top
+    while True:
+        costs[node] = math.inf
+        if children[node] >= 0:
+            node = children[node]
+            continue
+        while node != top and siblings[node] < 0:
+            above = parents[node]
+            parents[node] = LOST
+            node = above
+        if node == top:
+            parents[top] = LOST
+            return
+        above = siblings[node]
+        parents[node] = LOST
+        node = above

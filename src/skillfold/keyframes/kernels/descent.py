@@ -46,8 +46,7 @@ class Problem(NamedTuple):
         tool: whose pose is constrained.
         hold: what every pose holds.
         goal: where a path ends.
-        edge: (start, end, margin, arguments) → share of an edge that is clear (see `skillfold.clearance.Compiled`).
-        arguments: of it.
+        clearance, edge, arguments: of the obstacles (see `skillfold.clearance.Compiled`).
         margin: clearance [m] that edges keep.
         lower, upper: (D,) limits of the joints.
         turning: (D,) whether a joint is continuous: its positions count up to full turns.
@@ -60,6 +59,7 @@ class Problem(NamedTuple):
     tool: Tool
     hold: Held
     goal: Held
+    clearance: Any
     edge: Any
     arguments: Indices
     margin: float

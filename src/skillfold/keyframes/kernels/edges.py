@@ -5,13 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import inner, njit
-from skillfold.keyframes.kernels.descent import FULL, Problem, Work, is_inside, make_work, tool_pose, turned
+from skillfold.jit import inner
+from skillfold.keyframes.kernels.descent import FULL, Problem, Work, tool_pose, turned
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
-SPACING = 0.01  # radians between the poses of an edge that are looked at
+SPAN = 0.1  # radians between the poses of an edge that are looked at, besides those half-way
+CLOSER = 10  # parts of a span that is looked at more closely
 
 
 @inner
@@ -34,23 +35,56 @@ def facing(turning: Flags, a: Array, b: Array, out: Array) -> None:
 
 
 @inner
+def excess_at(problem: Problem, a: Array, b: Array, share: float, work: Work) -> float:
+    """Excess of the pose at a share of the way from a to b (D,)."""
+    for k in range(a.size):
+        work.state[k] = a[k] + share * (b[k] - a[k])
+    tool_pose(problem.tool, work.state, work.passing)
+    return problem.hold.excess(work.passing, problem.hold.arguments)
+
+
+@inner
 def stays_inside(problem: Problem, a: Array, b: Array, work: Work) -> bool:
-    """Whether the poses of the straight edge from a to b (D,) hold the constraint, b's too."""
-    length = math.sqrt(squared_gap(problem.turning, a, b))
-    count = int(length / SPACING) + 1
-    for i in range(1, count + 1):
-        for k in range(a.size):
-            work.state[k] = a[k] + i / count * (b[k] - a[k])
-        tool_pose(problem.tool, work.state, work.passing)
-        if not is_inside(problem.hold, work.passing):
+    """Whether the poses of the straight edge from a to b (D,) hold the constraint; a's does.
+
+    Spans are looked at in their middles and at their ends, and more closely where the excess, as far as it bends
+    there, could rise above the level between.
+    """
+    level = problem.hold.level
+    spans = int(math.sqrt(squared_gap(problem.turning, a, b)) / SPAN) + 1
+    first = excess_at(problem, a, b, 0.0, work)
+    for i in range(spans):
+        middle = excess_at(problem, a, b, (i + 0.5) / spans, work)
+        last = excess_at(problem, a, b, (i + 1.0) / spans, work)
+        highest = max(middle, last)
+        if highest > level:
             return False
+        if max(first, highest) + 0.5 * abs(first - 2.0 * middle + last) > level:
+            for j in range(1, CLOSER):
+                if excess_at(problem, a, b, (i + j / CLOSER) / spans, work) > level:
+                    return False
+        first = last
     return True
 
 
 @inner
-def edge_holds(problem: Problem, a: Array, b: Array, work: Work) -> bool:
-    """Whether the edge from a to b (D,) is clear and inside; `work.end` is then b, facing a."""
+def is_clear(problem: Problem, q: Array) -> bool:
+    """Whether joint positions q (D,) keep the margin."""
+    return problem.clearance(q, q[:0], problem.arguments) > problem.margin
+
+
+@inner
+def seems_to_hold(problem: Problem, a: Array, b: Array, work: Work) -> bool:
+    """Whether the edge from a to b (D,), both clear, is inside, and clear half-way; `work.end` is then b, facing a."""
+    end, middle = work.end, work.state
+    facing(problem.turning, a, b, end)
+    for k in range(a.size):
+        middle[k] = 0.5 * (a[k] + end[k])
+    return is_clear(problem, middle) and stays_inside(problem, a, end, work)
+
+
+@inner
+def edge_is_clear(problem: Problem, a: Array, b: Array, work: Work) -> bool:
+    """Whether the edge from a to b (D,) is clear all along."""
     facing(problem.turning, a, b, work.end)
-    if problem.edge(a, work.end, problem.margin, problem.arguments) < 1.0:
-        return False
-    return stays_inside(problem, a, work.end, work)
+    return problem.edge(a, work.end, problem.margin, problem.arguments) >= 1.0

@@ -12,8 +12,8 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.keyframes.kernels.charts import to_flat
 from skillfold.keyframes.kernels.descent import Problem, Work, descend, is_inside, make_work, tool_pose
-from skillfold.keyframes.kernels.edges import edge_holds, facing, squared_gap
-from skillfold.planning.tree import hang, lower_costs, nearest_node, unhang
+from skillfold.keyframes.kernels.edges import edge_is_clear, facing, is_clear, seems_to_hold, squared_gap
+from skillfold.planning.tree import LOST, cut, hang, lower_costs, unhang
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -25,6 +25,7 @@ PROGRESS = 0.98  # of the distance left: a descent that closes less in a step is
 WIDEST, FACTOR = 0.8, 1.5  # radians: radius of Near at most, and its γ
 LEAST = 0.02  # radians: a shorter edge is not worth a node
 FROM_TREE, FROM_START, JOIN, END = range(4)  # how a target is used
+REFUSED = 2.0  # times as heavy: a node that could not be extended
 SAME = 1e-18  # square radians between joint positions that are the same
 TRIES = 4  # edges looked at for a better parent
 
@@ -39,6 +40,8 @@ class Tree(NamedTuple):
         parents, children, siblings: (limit,) see `skillfold.planning.tree`.
         goals: (limit,) whether the pose lies inside the goal.
         count: (1,) of the nodes.
+        proven: (limit,) whether the edge from the parent is known to be clear.
+        weights: (limit,) of squared distances: nodes that could not be extended seem farther off.
         squares: (limit,) scratch.
     """
 
@@ -50,6 +53,8 @@ class Tree(NamedTuple):
     siblings: Indices
     goals: Flags
     count: Indices
+    proven: Flags
+    weights: Array
     squares: Array
 
 
@@ -72,7 +77,7 @@ def put(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
     to_flat(work.pose, problem.middle, work.other)
     whitened(problem, work.other, tree.z[node])
     tree.goals[node] = is_inside(problem.goal, work.pose)
-    tree.costs[node] = 0.0
+    tree.costs[node], tree.weights[node], tree.proven[node] = 0.0, 1.0, False
     tree.parents[node] = tree.children[node] = tree.siblings[node] = -1
     tree.count[0] = node + 1
     return node
@@ -106,7 +111,7 @@ def choose_parent(problem: Problem, tree: Tree, node: int, near: int, square: fl
                     found, least = i, through
         if found < 0 or found == near:
             break
-        if edge_holds(problem, tree.q[found], tree.q[node], work):
+        if seems_to_hold(problem, tree.q[found], tree.q[node], work):
             parent, cost = found, least
             break
         refused = least
@@ -118,12 +123,13 @@ def choose_parent(problem: Problem, tree: Tree, node: int, near: int, square: fl
 def rewire(problem: Problem, tree: Tree, node: int, square: float, work: Work) -> None:
     """Hang nodes near on this one where that lowers their costs, and costs of what hangs on them."""
     for i in range(1, node):
-        if tree.squares[i] >= square or i == tree.parents[node]:
+        if not tree.squares[i] < square or i == tree.parents[node]:
             continue
         saving = tree.costs[i] - tree.costs[node] - math.sqrt(tree.squares[i])
-        if saving > 1e-9 and edge_holds(problem, tree.q[node], tree.q[i], work):
+        if saving > 1e-9 and seems_to_hold(problem, tree.q[node], tree.q[i], work):
             unhang(tree.parents, tree.children, tree.siblings, i)
             hang(tree.parents, tree.children, tree.siblings, i, node)
+            tree.proven[i] = False
             lower_costs(tree.parents, tree.children, tree.siblings, tree.costs, i, saving)
 
 
@@ -146,9 +152,21 @@ def has_room(tree: Tree) -> bool:
 @inner
 def try_add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> int:
     """The same, once it is looked at whether pose and edge hold and there is room; -1 where not."""
-    if not (has_room(tree) and is_inside(problem.hold, work.pose) and edge_holds(problem, tree.q[near], q, work)):
-        return -1
-    return add(problem, tree, near, q, work)
+    fits = has_room(tree) and is_inside(problem.hold, work.pose) and is_clear(problem, q)
+    return add(problem, tree, near, q, work) if fits and seems_to_hold(problem, tree.q[near], q, work) else -1
+
+
+@inner
+def nearest(tree: Tree, white: Array) -> int:
+    """The node whose pose is nearest to whitened coordinates (6,), weights considered."""
+    best, least = 0, math.inf
+    for i in range(tree.count[0]):
+        s = 0.0
+        for c in range(6):
+            s += (tree.z[i, c] - white[c]) ** 2
+        if tree.weights[i] * s < least:
+            best, least = i, tree.weights[i] * s
+    return best
 
 
 @inlined
@@ -240,7 +258,10 @@ def grow(problem: Problem, tree: Tree, targets: Array, kinds: Indices, starts: A
         newest = -1
         if kinds[t] == FROM_TREE:
             whitened(problem, targets[t], white)
-            newest = extend(problem, tree, nearest_node(tree.z, tree.count[0], white), targets[t], work)
+            near = nearest(tree, white)
+            newest = extend(problem, tree, near, targets[t], work)
+            if newest < 0:
+                tree.weights[near] *= REFUSED
         elif kinds[t] >= JOIN or get_inside(problem, starts[t], targets[t], work):
             newest = connect(problem, tree, starts[t], work)
             if kinds[t] == END and newest >= 0 and squared_gap(problem.turning, tree.q[newest], starts[t]) < SAME:
@@ -248,3 +269,31 @@ def grow(problem: Problem, tree: Tree, targets: Array, kinds: Indices, starts: A
         if first and newest >= 0 and tree.goals[newest]:
             return t + 1
     return len(targets)
+
+
+@njit
+def prove(problem: Problem, tree: Tree, goal: int) -> bool:
+    """Whether the way to a node is clear all along; at an edge that is not, the tree loses what hangs on it."""
+    work, node, blocked = make_work(tree.q.shape[1]), goal, -1
+    while tree.parents[node] >= 0:
+        above = tree.parents[node]
+        if not tree.proven[node]:
+            tree.proven[node] = edge_is_clear(problem, tree.q[above], tree.q[node], work)
+            if not tree.proven[node]:
+                blocked = node
+        node = above
+    if blocked >= 0:
+        cut(tree.parents, tree.children, tree.siblings, tree.costs, blocked)
+        forget(tree)
+    return blocked < 0
+
+
+@inner
+def forget(tree: Tree) -> None:
+    """Put nodes that were lost where no target is near."""
+    for i in range(tree.count[0]):
+        if tree.parents[i] == LOST and tree.z[i, 0] < math.inf:
+            tree.goals[i] = False
+            tree.z[i, 0] = math.inf
+            for k in range(tree.q.shape[1]):
+                tree.q[i, k] = math.nan

@@ -7,7 +7,7 @@ import numpy as np
 
 from skillfold.jit import inner, njit
 from skillfold.keyframes.kernels.descent import Problem, make_work
-from skillfold.keyframes.kernels.edges import edge_holds
+from skillfold.keyframes.kernels.edges import edge_is_clear, seems_to_hold
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -73,6 +73,8 @@ def shorten(problem: Problem, path: Array, count: int, picks: Array) -> int:
         for k in range(D):
             chord += (b[k] - a[k]) ** 2
         gained = last - first - math.sqrt(chord)
-        if i < j and count + i + 2 - j <= len(path) and gained > GAIN * total and edge_holds(problem, a, b, work):
+        if i == j or count + i + 2 - j > len(path) or gained < GAIN * total:
+            continue
+        if seems_to_hold(problem, a, b, work) and edge_is_clear(problem, a, b, work):
             count = splice(path, count, i, j, a, b)
     return count
