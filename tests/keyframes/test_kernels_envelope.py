@@ -45,7 +45,7 @@ def test_ends_of_away_from_slice_and_back(drawn):
             h = 1e-5
             wanted = (envelope.away(*part, t + h)[0] - envelope.away(*part, t - h)[0]) / (2 * h)
             assert slope == pytest.approx(wanted, rel=1e-4, abs=1e-9)
-            np.testing.assert_allclose(envelope.back(*part, t), inside[b] - v[b], atol=1e-8)
+            np.testing.assert_allclose(envelope.back(*part, t, 1.0), inside[b] - v[b], atol=1e-8)
         at, value, slope = envelope.from_slice(blocks, t)
         parts = [envelope.away(*part, t) for part in (blocks[:4], blocks[4:])]
         assert (at, value, slope) == pytest.approx((t, parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]))
@@ -86,8 +86,8 @@ def test_in_chart():
 def test_drawn_in(drawn):
     chain, table, _, ys = drawn
     for y in ys:
-        moved = y.copy()
-        square, distance = envelope.drawn_in(moved, table)
+        moved = np.empty(6)
+        square, distance = envelope.drawn_in(y, table, moved)
         assert square == pytest.approx(twins.membership(chain, y), rel=1e-8)
         if square <= 1:
             assert distance == 0

@@ -47,7 +47,7 @@ def estimate(poses: Any, coverage: float = COVERAGE) -> PoseGaussian:
     covariance[:3, :3] = shrunk(poses[:, :3] - centre, FLOORS[0])
     covariance[3:, 3:] = shrunk(vectors - vectors.mean(0), FLOORS[1])
     gates = np.full(2, gate(min(len(poses), MANY), read_coverage(coverage)))
-    mean = np.concatenate([centre, middle.as_quat(scalar_first=True)])
+    mean = np.concatenate([centre, middle.as_quat(canonical=True, scalar_first=True)])
     return PoseGaussian(mean, covariance, gates, float(len(poses)))
 
 

@@ -17,7 +17,8 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 GAP = 1e-13  # of the squared distance: where the search along s stops
 HALF_TURN = LENGTH * math.pi * (1.0 - 1e-9)  # longest rotation vector of a chart, scaled
-INSIDE = 1.0 - 1e-9  # √d² of projected and sampled poses, so that no rounding puts them outside
+INSIDE = 1.0 - 1e-9  # √d² of projected and sampled poses, so that rounding does not put them outside
+TRIES = 14  # each with four times the slack, where poses are a billion times as far off as an ellipsoid is thin
 
 
 @inner
@@ -144,14 +145,14 @@ def nearest_segment(y: Array, s: float, table: Indices) -> Numbers:
 
 
 @inner
-def back(first: Numbers, second: Numbers, step: Numbers, v: Numbers, t: float) -> Numbers:
-    """How far to move (3,) so that the block is inside the slice at t."""
+def back(first: Numbers, second: Numbers, step: Numbers, v: Numbers, t: float, inside: float) -> Numbers:
+    """How far to move (3,) so that the block is inside the slice at t: √d² is then at most `inside`."""
     sigma = mixed(first, second, t)
     u = (v[0] - t * step[0], v[1] - t * step[1], v[2] - t * step[2])
     _, x0, x1, x2 = multiplier(sigma, u)
     w = times(sigma, (x0, x1, x2))
     root = math.sqrt(dot(w, (x0, x1, x2)))
-    share = INSIDE / root if root > INSIDE else 1.0
+    share = inside / root if root > inside else 1.0
     return share * w[0] - u[0], share * w[1] - u[1], share * w[2] - u[2]
 
 
@@ -171,22 +172,29 @@ def in_chart(turn: Numbers, mean: Numbers) -> Numbers:
 
 
 @inner
-def drawn_in(y: Array, table: Indices) -> Numbers:
-    """Bring scaled coordinates (6,) to the nearest inside; returns d² before, and how far [m] they went."""
+def drawn_in(y: Array, table: Indices, out: Array) -> Numbers:
+    """The nearest inside to scaled coordinates (6,), to `out`; returns d² before, and how far [m] it is."""
     square, s = chains.membership_of(y, table)
+    for c in range(6):
+        out[c] = y[c]
     if square <= 1.0:
         return square, 0.0
     k, t = nearest_segment(y, s, table)
     b = ends_of(y, k, table)
-    p, r = back(b[0], b[1], b[2], b[3], t), back(b[4], b[5], b[6], b[7], t)
-    v, step = b[7], b[6]
-    mean = (y[3] - v[0] + t * step[0], y[4] - v[1] + t * step[1], y[5] - v[2] + t * step[2])
-    turn = in_chart((y[3] + r[0], y[4] + r[1], y[5] + r[2]), mean)
-    r = (turn[0] - y[3], turn[1] - y[4], turn[2] - y[5])
-    for c in range(3):
-        y[c] += p[c]
-        y[c + 3] = turn[c]
-    return square, math.sqrt(dot(p, p) + dot(r, r))
+    mean = (y[3] - b[7][0] + t * b[6][0], y[4] - b[7][1] + t * b[6][1], y[5] - b[7][2] + t * b[6][2])
+    slack, moved = 1.0 - INSIDE, 0.0
+    for _ in range(TRIES):
+        p, r = back(b[0], b[1], b[2], b[3], t, 1.0 - slack), back(b[4], b[5], b[6], b[7], t, 1.0 - slack)
+        turn = in_chart((y[3] + r[0], y[4] + r[1], y[5] + r[2]), mean)
+        moved = 0.0
+        for c in range(3):
+            out[c] = y[c] + p[c]
+            out[c + 3] = turn[c]
+            moved += p[c] * p[c] + (turn[c] - y[c + 3]) * (turn[c] - y[c + 3])
+        if chains.membership_of(out, table)[0] <= 1.0:
+            break
+        slack *= 4.0
+    return square, math.sqrt(moved)
 
 
 @inner
@@ -200,16 +208,16 @@ def excess(pose: Array, table: Indices) -> float:
 @inner
 def projected(pose: Array, out: Array, table: Indices) -> Numbers:
     """√d² - 1 of a pose (7,), and how far [m] the nearest pose inside is, which goes to `out` (7,)."""
-    y = np.empty(6)
+    y, near = np.empty(6), np.empty(6)
     chains.scaled(pose, table, y)
-    square, moved = drawn_in(y, table)
+    square, moved = drawn_in(y, table, near)
     if square <= 1.0:
         for c in range(7):
             out[c] = pose[c]
     else:
         for c in range(3, 6):
-            y[c] /= LENGTH
-        to_full(y, vector(table, chains.MIDDLE), out)
+            near[c] /= LENGTH
+        to_full(near, vector(table, chains.MIDDLE), out)
     return math.sqrt(square) - 1.0, moved
 
 
