@@ -1,6 +1,7 @@
 """One leg of a plan: from joint positions to a goal, inside one constraint."""
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from skillfold.keyframes.compiled import compiled_constraint, raise_error
 from skillfold.keyframes.constraint import CompiledConstraint, PoseConstraint
 from skillfold.keyframes.kernels import problem as slots
 from skillfold.keyframes.kernels.reaching import reach
-from skillfold.keyframes.rrtstar import REACH, Found, Question, Targets, dense, search
+from skillfold.keyframes.rrtstar import REACH, Found, Question, Targets, dense
 from skillfold.robots.obstacles import Obstacles
 from skillfold.robots.robot import Robot
 from skillfold.tables import table_of
@@ -22,6 +23,9 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 KEPT = 0.25  # of the margin that edges must keep; where an end has less, half of what it has
 SPACING = 0.01  # radians between the states of a path
 DESCENTS = (4, 28, 96, 192)  # tried to reach the goal, the first ones from the start
+
+
+Search = Callable[[Question, Array, Targets, float, float, bool, int], Found]
 
 
 @dataclass(frozen=True)
@@ -81,8 +85,10 @@ class Leg:
         table = table_of(arrays, slots.SLOTS, self.robot, hold, goal, clear)
         return Question(table, margin, turning), [hold, goal]
 
-    def search(self, start: Array, begun: float, deadline: float, first: bool, seed: int) -> tuple[Found, str]:
-        """A way from joint positions (D,), or why there can be none, in words."""
+    def search(
+        self, search: Search, start: Array, begun: float, deadline: float, first: bool, seed: int
+    ) -> tuple[Found, str]:
+        """A way from joint positions (D,), or why there can be none, in words; arguments as of `rrtstar.search`."""
         question, constraints = self.question(start)
         why = "" if self.goal is None else self.unreachable(question, start, seed)
         found = Found(np.empty((0, len(start))))
@@ -111,8 +117,8 @@ class Leg:
                 hits[self.obstacles.nearest(state)] += 1
                 used += at + 1
         if hits:
-            return f"The goal is blocked: {hits.most_common(1)[0][0]}, in all {hits.total()} poses found there."
-        return f"The goal is out of reach: none of {sum(DESCENTS)} descents, from the start and from anywhere, got there."
+            return f"The goal is blocked: {hits.most_common(1)[0][0]}, in all {hits.total()} postures found there."
+        return f"The goal is out of reach: none of {sum(DESCENTS)} descents, from the start and elsewhere, got there."
 
     def checked(self, path: Array) -> tuple[Array, Check]:
         """The path (n, D) with states `SPACING` apart, and the independent check of them."""

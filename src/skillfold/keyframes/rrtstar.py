@@ -29,18 +29,18 @@ class Grown:
 
     def __init__(self, limit: int, dof: int) -> None:
         """Room for `limit` nodes of a robot with `dof` joints."""
-        links = (np.empty(limit, np.int64) for _ in range(4))
-        count, proven = np.zeros(1, np.int64), np.empty(limit, np.int64)
-        last = np.empty(limit), np.empty(limit)
+        parents, children, siblings, goals, proven = (np.empty(limit, np.int64) for _ in range(5))
+        states, poses, count = np.empty((limit, dof)), np.empty((limit, 6)), np.zeros(1, np.int64)
+        costs, weights, squares = (np.empty(limit) for _ in range(3))
         self.nodes = kernel.Tree(
-            np.empty((limit, dof)), np.empty((limit, 6)), np.empty(limit), *links, count, proven, *last
+            states, poses, costs, parents, children, siblings, goals, count, proven, weights, squares
         )
         self.table = table_of(dict(enumerate(self.nodes)), len(self.nodes))
 
     @property
     def count(self) -> int:
         """How many nodes there are, lost ones too."""
-        return int(self.nodes.count[0])
+        return int(self.nodes.size[0])
 
     def goals(self) -> Indices:
         """Nodes in the goal."""

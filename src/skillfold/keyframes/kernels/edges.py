@@ -30,7 +30,7 @@ def squared_gap(turning: Indices, a: Array, b: Array) -> float:
 
 @inner
 def facing(turning: Indices, a: Array, b: Array, out: Array) -> None:
-    """b (D,) less full turns, so that the edge from a is straight; `out` may be b."""
+    """Write b (D,) less full turns, so that the edge from a is straight; `out` may be b."""
     for k in range(a.size):
         out[k] = a[k] + turned(b[k] - a[k]) if turning[k] else b[k]
 
@@ -76,7 +76,7 @@ def is_clear(problem: Problem, q: Array) -> bool:
 
 @inner
 def seems_to_hold(problem: Problem, a: Array, b: Array, work: Work) -> bool:
-    """Whether the edge from a to b (D,), both clear, is inside, and clear half-way; `work.end` is then b, facing a."""
+    """Whether the edge from a to b (D,), both clear, is inside, and clear half-way."""
     end, middle = work.end, work.state
     facing(problem.turning, a, b, end)
     for k in range(a.size):

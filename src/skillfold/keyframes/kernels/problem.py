@@ -72,8 +72,14 @@ class Problem(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch of one loop: of poses `pose`, `wanted`, `passing` (7,), of charts `flat`, `step`, `other` (6,), of joints
-    `q`, `state`, `end` (D,), and `jacobian` (6, D), `square` (6, 6).
+    """Scratch of one loop.
+
+    Attributes:
+        pose, wanted, passing: (7,).
+        flat, step, other: (6,).
+        q, state, end: (D,).
+        jacobian: (6, D).
+        square: (6, 6).
     """
 
     pose: Array

@@ -18,9 +18,9 @@ PROGRESS = 0.98  # of the distance left: a descent that closes less in a step is
 
 @njit
 def reach(table: Indices, starts: Array, targets: Array) -> int:
-    """Let joint positions (n, D) descend, in place, toward targets (n, 6), until one's pose is inside both goal and constraint.
+    """Let joint positions (n, D) descend, in place, toward targets (n, 6), until a pose is in goal and constraint.
 
-    Returns which is the first, or -1 where none is.
+    Returns whose is the first, or -1 where none is.
     """
     problem, work = problem_at(table), make_work(starts.shape[1])
     for i in range(len(starts)):

@@ -40,7 +40,7 @@ class Tree(NamedTuple):
         costs: (limit,) lengths of the ways from the root.
         parents, children, siblings: (limit,) see `skillfold.planning.tree`.
         goals: (limit,) 1 where the pose lies inside the goal.
-        count: (1,) of the nodes.
+        size: (1,) how many nodes there are, lost ones too.
         proven: (limit,) 1 where the edge from the parent is known to be clear.
         weights: (limit,) of squared distances: nodes that could not be extended seem farther off.
         squares: (limit,) scratch.
@@ -53,7 +53,7 @@ class Tree(NamedTuple):
     children: Indices
     siblings: Indices
     goals: Indices
-    count: Indices
+    size: Indices
     proven: Indices
     weights: Array
     squares: Array
@@ -90,7 +90,7 @@ def whitened(problem: Problem, y: Array, out: Array) -> None:
 @inner
 def put(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
     """Write a node that hangs nowhere yet: joint positions q (D,), pose `work.pose`; its number."""
-    node = tree.count[0]
+    node = tree.size[0]
     for k in range(q.size):
         tree.q[node, k] = q[k]
     to_flat(work.pose, problem.middle, work.other)
@@ -98,7 +98,7 @@ def put(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
     tree.goals[node] = 1 if is_inside(problem.goal, work.pose) else 0
     tree.costs[node], tree.weights[node], tree.proven[node] = 0.0, 1.0, 0
     tree.parents[node] = tree.children[node] = tree.siblings[node] = -1
-    tree.count[0] = node + 1
+    tree.size[0] = node + 1
     return node
 
 
@@ -165,7 +165,7 @@ def add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> int:
 @inner
 def has_room(tree: Tree) -> bool:
     """Whether a node more fits in."""
-    return tree.count[0] < len(tree.q)
+    return tree.size[0] < len(tree.q)
 
 
 @inner
@@ -179,7 +179,7 @@ def try_add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> in
 def nearest(tree: Tree, white: Array) -> int:
     """The node whose pose is nearest to whitened coordinates (6,), weights considered."""
     best, least = 0, math.inf
-    for i in range(tree.count[0]):
+    for i in range(tree.size[0]):
         s = 0.0
         for c in range(6):
             s += (tree.z[i, c] - white[c]) ** 2
@@ -216,7 +216,7 @@ def extend(problem: Problem, tree: Tree, near: int, target: Array, work: Work) -
 def connect(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
     """Grow straight toward joint positions q (D,) from the node that is nearest to them; the last new node, or -1."""
     last, newest, least, way = 0, -1, math.inf, work.q
-    for i in range(tree.count[0]):
+    for i in range(tree.size[0]):
         square = squared_gap(problem.turning, tree.q[i], q)
         if square < least:
             last, least = i, square
@@ -252,7 +252,7 @@ def get_inside(problem: Problem, q: Array, target: Array, work: Work) -> bool:
 def plant(table: Indices, nodes: Indices, q: Array) -> None:
     """Make joint positions q (D,) the root of an empty tree."""
     problem, tree, work = problem_at(table), tree_at(nodes), make_work(q.size)
-    tree.count[0] = 0
+    tree.size[0] = 0
     tool_pose(problem.tool, q, work.pose)
     put(problem, tree, q, work)
 
@@ -295,7 +295,7 @@ def grow(table: Indices, nodes: Indices, targets: Array, kinds: Indices, starts:
 def prove(table: Indices, nodes: Indices, goal: int) -> bool:
     """Whether the way to a node is clear all along; at an edge that is not, the tree loses what hangs on it."""
     problem, tree = problem_at(table), tree_at(nodes)
-    work, way = make_work(tree.q.shape[1]), np.empty(tree.count[0], np.int64)
+    work, way = make_work(tree.q.shape[1]), np.empty(tree.size[0], np.int64)
     for i in range(branch(tree.parents, goal, way) - 2, -1, -1):
         node = way[i]
         if tree.proven[node]:
@@ -311,7 +311,7 @@ def prove(table: Indices, nodes: Indices, goal: int) -> bool:
 @inner
 def forget(tree: Tree) -> None:
     """Put nodes that were lost where no target is near."""
-    for i in range(tree.count[0]):
+    for i in range(tree.size[0]):
         if tree.parents[i] == LOST and tree.z[i, 0] < math.inf:
             tree.goals[i] = 0
             tree.z[i, 0] = math.inf
