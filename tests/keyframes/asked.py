@@ -95,7 +95,7 @@ def asked(alpha=100.0):
     start = robot.home
     pose = robot.forward(start)
     turn = Rotation.from_rotvec([0.0, 0.0, 0.4]) * Rotation.from_quat(pose[3:], scalar_first=True)
-    there = np.concatenate([pose[:3] + [0.25, 0.05, 0.05], turn.as_quat(scalar_first=True)])
+    there = np.concatenate([pose[:3] + np.array([0.25, 0.05, 0.05]), turn.as_quat(scalar_first=True)])
     envelope = SoftEnvelope.between(
         gaussian(pose, [0.02, 0.03, 0.04], 0.12), gaussian(there, [0.03, 0.02, 0.03], 0.12)
     )

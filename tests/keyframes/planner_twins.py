@@ -135,13 +135,15 @@ class Tree:
         close = [i for i in range(node) if lengths[i] < radius]
         through = {i: self.cost(i) + lengths[i] for i in close}
         now = self.cost(node)
-        cheaper = [i for i in sorted(close, key=through.get) if through[i] < now and i != near][: nodes.TRIES]
+        cheaper = [i for i in sorted(close, key=through.get) if through[i] < now - nodes.TIE and i != near][
+            : nodes.TRIES
+        ]
         for i in cheaper:
             if self.twin.seems_to_hold(self.q[i], q):
                 self.parents[node] = i
                 break
         for i in close:
-            if i == 0 or i == self.parents[node] or self.cost(i) - self.cost(node) - lengths[i] <= 1e-9:
+            if i == 0 or i == self.parents[node] or self.cost(i) - self.cost(node) - lengths[i] <= nodes.TIE:
                 continue
             if self.twin.seems_to_hold(q, self.q[i]):
                 self.parents[i] = node
