@@ -73,17 +73,17 @@ class Story:
         return [facts for chapter in self.chapters for facts in chapter.facts()]
 
 
-def run(seed: int = 0, progress: Progress | None = None, plans: int = PLANS) -> Story:
+def run(seed: int = 0, progress: Progress | None = None, plans: int | None = None) -> Story:
     """Learn, plan, judge.
 
     Args:
         seed: of everything random.
         progress: called with what is being done and the share of all that is done.
-        plans: of each task at each α.
+        plans: of each task at each α; `PLANS` unless told otherwise.
     """
     settings = Settings(seed, progress=progress or Settings(0).progress)
     settings.progress("compiling (once on each machine): keyframes", 0.0)
-    return Story(tuple(_chapter(number, settings, plans) for number in range(len(tasks()))))
+    return Story(tuple(_chapter(number, settings, plans or PLANS) for number in range(len(tasks()))))
 
 
 def _chapter(number: int, settings: Settings, plans: int) -> Chapter:

@@ -21,8 +21,8 @@ from skillfold.viewing.style import FAINT, INK, PLANS, SOFT, TUNNEL, figure, sav
 
 COLORS = (*PLANS, "#7a3b8f")
 SIZE = (1000, 760)  # pixels of a scene
-CAMERA: dict[str, Any] = {"distance": 1.55, "azimuth": 140.0, "elevation": -22.0, "size": SIZE}
-TOWARD = (0.36, 0.02, 0.17)
+CAMERA: dict[str, Any] = {"distance": 1.3, "azimuth": 152.0, "elevation": -24.0, "size": SIZE}
+TOWARD = (0.36, 0.0, 0.25)
 FOG = 26  # ellipsoids that an envelope is drawn by
 SHOWN = 0.5  # share of the first path at which the arm is drawn
 LOOKS = {"scene: table": "#e9e4dc", "scene: wine glass": "#9cc7e3", "scene: cracker box": "#d0533f"}
@@ -130,8 +130,8 @@ def _marks(chapter: Chapter) -> list[Any]:
     from skillfold.robots.rendering import Mark
 
     means, covariances = positions(chapter.learnt.envelope, FOG)
-    marks = [Mark(means[1:-1], (*rgb(TUNNEL), 0.035), shapes=covariances[1:-1])]
-    marks += [Mark(means[[k]], (*rgb(c), 0.22), shapes=covariances[[k]]) for k, c in ((0, PARENT), (-1, CHILD))]
+    marks = [Mark(means[1:-1], (*rgb(TUNNEL), 0.018), shapes=covariances[1:-1])]
+    marks += [Mark(means[[k]], (*rgb(c), 0.13), shapes=covariances[[k]]) for k, c in ((0, PARENT), (-1, CHILD))]
     for edge in tree_edges(chapter):
         marks.append(Mark(edge, (*rgb(SOFT), 0.9), 0.0012))
     for path, color in zip(chapter.paths(100.0), COLORS, strict=False):
