@@ -23,3 +23,16 @@ def moved(poses, turn, shift):
 def any_motion(seed):
     rng = np.random.default_rng(seed)
     return Rotation.from_rotvec(rng.normal(0, 1.5, 3)), rng.normal(0, 2, 3)
+
+
+def pose(x, angle=0.0):
+    """A pose on a line, turned about z."""
+    return np.array([x, 0.0, 0.0, np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
+
+
+def row(places, demos=5, spread=0.01, seed=0, angles=None):
+    """Demonstrations of keyframes on a line, turned about z."""
+    rng = np.random.default_rng(seed)
+    poses = np.array([pose(x, a) for x, a in zip(places, angles or np.zeros(len(places)), strict=True)])
+    noise = rng.normal(0, spread, (demos, len(places), 3))
+    return [poses + np.hstack([part, np.zeros((len(places), 4))]) for part in noise]

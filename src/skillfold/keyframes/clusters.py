@@ -6,6 +6,7 @@ others tell, as well as can be (E), and the places follow (M), until nothing cha
 evidence, with means and covariances integrated out (see `evidence`). Many starts run at once.
 """
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -148,6 +149,7 @@ def _by_means(table: _Table, k: int, seed: int) -> list[Indices]:
     """Labels (D, M) from k-means on pose and place in the sequence, places in order of their mean place."""
     from scipy.spatial.transform import Rotation
     from sklearn.cluster import KMeans
+    from sklearn.exceptions import ConvergenceWarning
 
     if k > len(np.concatenate(table.positions)):
         return []
@@ -158,7 +160,9 @@ def _by_means(table: _Table, k: int, seed: int) -> list[Indices]:
     starts = []
     for weight in ORDERS:
         rows = np.column_stack([poses, weight * place])
-        found = KMeans(k, n_init=3, random_state=seed).fit_predict(rows)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # fewer keyframes that differ than means: no harm
+            found = KMeans(k, n_init=3, random_state=seed).fit_predict(rows)
         means = [place[found == c].mean() if (found == c).any() else 2.0 for c in range(k)]
         starts.append(_padded(table, np.argsort(np.argsort(means))[found]))
     return starts
