@@ -62,7 +62,7 @@ class Bench:
     """Measure every figure the library claims, beside its target and the paper's figure."""
 
     groups: Annotated[tuple[str, ...], shown("GROUP", "(all when left out)")] = ()
-    """Some of arm, sets, upright, noise, around, control, tumblers, recordings, large, speed."""
+    """Some of arm, sets, upright, noise, around, control, tumblers, recordings, large, keyframes, speed."""
     data: Annotated[Path | None, shown("FOLDER", "(point sets drawn, robot tasks left out)")] = None
     """Folder with ecomann/ and robotasks/."""
     json: Annotated[tuple[Path, ...] | None, shown("[FILE]", "")] = None

@@ -1,0 +1,183 @@
+"""From one keyframe to the next: gates widened step by step, and the way into a reduced envelope."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from skillfold.check import Check
+from skillfold.keyframes.envelope import SoftEnvelope
+from skillfold.keyframes.legs import Leg, whitening
+from skillfold.keyframes.region import PoseRegion
+from skillfold.keyframes.rrtstar import Found, Targets
+from skillfold.robots.obstacles import Obstacles
+from skillfold.robots.robot import Robot
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+FACTORS = (1.0, 2.0, 4.0)  # of the gates, in d²
+SHARES = (0.5, 0.6, 1.0)  # of the time that is left then
+SLACK, GOAL_SLACK = 0.01, 0.03  # of a gate's width: kept between the poses that are looked at, and at the end
+TOLERANCE = 1e-6  # metres: rounding
+ENTRY = 0.3  # share of the time for the way into a reduced envelope
+
+
+@dataclass
+class Outcome:
+    """What became of a pair.
+
+    Attributes:
+        states: (n, D) path, `legs.SPACING` apart; empty where there is none.
+        reason: why there is none, in words.
+        factor: of the gates.
+        entered: from which state on poses are inside the reduced envelope.
+        found: how the last search went.
+        nodes, iterations: of all searches.
+        check: of the states.
+    """
+
+    states: Array
+    reason: str = ""
+    factor: float = 1.0
+    entered: int = 0
+    found: Found | None = None
+    nodes: int = 0
+    iterations: int = 0
+    check: Check | None = None
+    costs: list[tuple[float, float]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What all pairs of a plan share.
+
+    Attributes:
+        robot, obstacles: that moves, and that it keeps clear of.
+        alpha: percent of the variance that the reduced envelope keeps; 100 is the full one.
+        first: whether the first way is enough.
+        begun: when the clock started, of `perf_counter`.
+    """
+
+    robot: Robot
+    obstacles: Obstacles
+    alpha: float
+    first: bool
+    begun: float
+
+
+def plan_pair(asked: Asked, envelope: SoftEnvelope, start: Array, deadline: float, seed: int) -> Outcome:
+    """A path from joint positions (D,) through an envelope into its child's gate; wider gates where there is none."""
+    outcome = Outcome(np.empty((0, len(start))))
+    for factor, share in zip(FACTORS, SHARES, strict=True):
+        wide = envelope if factor == 1.0 else envelope.widened(factor)
+        pose = asked.robot.forward(start)
+        if not wide.contains(pose):
+            outcome.reason = f"The start lies {float(wide.distance(pose)):.2g} m outside the gates."
+            continue
+        outcome.factor = factor
+        until = perf_counter() + share * max(deadline - perf_counter(), 0.0)
+        _try_gate(asked, wide, start, until, seed, outcome)
+        if not outcome.reason:
+            break
+    return outcome
+
+
+def _try_gate(
+    asked: Asked, wide: SoftEnvelope, start: Array, deadline: float, seed: int, outcome: Outcome
+) -> None:
+    """One rung of the ladder: into the reduced envelope, if need be, and on to the goal."""
+    narrow = wide if asked.alpha >= 100.0 else wide.reduced(asked.alpha)
+    outcome.reason, parts, here = "", [], start
+    if not narrow.contains(asked.robot.forward(start)):
+        now = perf_counter()
+        leg = _entry(asked, wide, narrow, start)
+        _take(leg, start, asked, now + ENTRY * (deadline - now), True, seed, outcome, parts)
+        if outcome.reason:
+            outcome.reason = f"From the start, no way into the reduced envelope: {outcome.reason}"
+            return
+        here = parts[0][-1]
+        outcome.entered = len(parts[0]) - 1
+    leg = _crossing(asked, wide, narrow, here)
+    _take(leg, here, asked, deadline, asked.first, seed, outcome, parts)
+    if not outcome.reason:
+        outcome.states = parts[0] if len(parts) == 1 else np.vstack([parts[0], parts[1][1:]])
+
+
+def _take(
+    leg: Leg,
+    start: Array,
+    asked: Asked,
+    deadline: float,
+    first: bool,
+    seed: int,
+    outcome: Outcome,
+    parts: list[Array],
+) -> None:
+    """Search one leg, check it, and note what came of it."""
+    found, outcome.reason = leg.search(start, asked.begun, deadline, first, seed)
+    outcome.found = found
+    outcome.nodes += found.nodes
+    outcome.iterations += found.iterations
+    if outcome.reason:
+        return
+    if not len(found.path):
+        outcome.reason = f"No way was found with {found.nodes} nodes."
+        return
+    states, outcome.check = leg.checked(found.path)
+    outcome.reason = outcome.check.reason
+    parts.append(states)
+
+
+def _entry(asked: Asked, wide: SoftEnvelope, narrow: SoftEnvelope, start: Array) -> Leg:
+    """Into the reduced envelope, where it is nearest first."""
+    nearest = wide.chart.to_chart(narrow.project(asked.robot.forward(start)))
+
+    def goal(count: int, seed: int) -> Array:
+        targets = wide.chart.to_chart(narrow.sample(count, seed))
+        targets[: count // 2] = nearest
+        return targets
+
+    return _leg(asked, wide, narrow, wide, start, goal)
+
+
+def _crossing(asked: Asked, wide: SoftEnvelope, narrow: SoftEnvelope, start: Array) -> Leg:
+    """Through the envelope into the child's gate."""
+    end = at_end(narrow)
+    child = at_end(wide)
+    return _leg(asked, narrow, child, wide, start, lambda n, seed: wide.chart.to_chart(end.sample(n, seed)))
+
+
+def _leg(
+    asked: Asked,
+    hold: SoftEnvelope,
+    goal: PoseRegion,
+    wide: SoftEnvelope,
+    start: Array,
+    goals: Callable[[int, int], Array],
+) -> Leg:
+    chart = hold.chart
+    targets = Targets(lambda n, seed: chart.to_chart(hold.sample(n, seed)), goals, asked.robot.sample)
+    # Where the start has less than the slack, poses may have as little.
+    excess = float(np.sqrt(hold.membership(asked.robot.forward(start))[0])) - 1.0
+    level = float(np.clip(excess, -SLACK, 0.0))
+    metric = whitening(wide.covariances[-1])
+    return Leg(
+        asked.robot,
+        asked.obstacles,
+        hold,
+        goal,
+        level,
+        -GOAL_SLACK,
+        TOLERANCE,
+        chart,
+        wide.ends,
+        metric,
+        targets,
+    )
+
+
+def at_end(region: PoseRegion) -> PoseRegion:
+    """Its poses at s = 1 alone."""
+    return PoseRegion(region.chart, region.ends[[1, 1]], region.covariances[[-1, -1]])
