@@ -11,12 +11,13 @@ import numpy as np
 
 from skillfold.jit import inlined, inner, njit
 from skillfold.keyframes.kernels.charts import to_flat
-from skillfold.keyframes.kernels.descent import Problem, Work, descend, is_inside, make_work, tool_pose
+from skillfold.keyframes.kernels.descent import descend, is_inside, tool_pose
 from skillfold.keyframes.kernels.edges import edge_is_clear, facing, is_clear, seems_to_hold, squared_gap
-from skillfold.planning.tree import LOST, cut, hang, lower_costs, unhang
+from skillfold.keyframes.kernels.problem import Problem, Work, make_work, problem_at
+from skillfold.planning.tree import LOST, branch, cut, hang, lower_costs, unhang
+from skillfold.tables import indices, matrix, vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 STEPS = 40  # of one descent
@@ -38,9 +39,9 @@ class Tree(NamedTuple):
         z: (limit, 6) whitened chart coordinates of the poses.
         costs: (limit,) lengths of the ways from the root.
         parents, children, siblings: (limit,) see `skillfold.planning.tree`.
-        goals: (limit,) whether the pose lies inside the goal.
-        count: (1,) of the nodes.
-        proven: (limit,) whether the edge from the parent is known to be clear.
+        goals: (limit,) 1 where the pose lies inside the goal.
+        size: (1,) how many nodes there are, lost ones too.
+        proven: (limit,) 1 where the edge from the parent is known to be clear.
         weights: (limit,) of squared distances: nodes that could not be extended seem farther off.
         squares: (limit,) scratch.
     """
@@ -51,11 +52,29 @@ class Tree(NamedTuple):
     parents: Indices
     children: Indices
     siblings: Indices
-    goals: Flags
-    count: Indices
-    proven: Flags
+    goals: Indices
+    size: Indices
+    proven: Indices
     weights: Array
     squares: Array
+
+
+@inner
+def tree_at(nodes: Indices) -> Tree:
+    """The tree that a table describes; its slots are the attributes in their order."""
+    return Tree(
+        matrix(nodes, 0),
+        matrix(nodes, 1),
+        vector(nodes, 2),
+        indices(nodes, 3),
+        indices(nodes, 4),
+        indices(nodes, 5),
+        indices(nodes, 6),
+        indices(nodes, 7),
+        indices(nodes, 8),
+        vector(nodes, 9),
+        vector(nodes, 10),
+    )
 
 
 @inner
@@ -71,15 +90,15 @@ def whitened(problem: Problem, y: Array, out: Array) -> None:
 @inner
 def put(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
     """Write a node that hangs nowhere yet: joint positions q (D,), pose `work.pose`; its number."""
-    node = tree.count[0]
+    node = tree.size[0]
     for k in range(q.size):
         tree.q[node, k] = q[k]
     to_flat(work.pose, problem.middle, work.other)
     whitened(problem, work.other, tree.z[node])
-    tree.goals[node] = is_inside(problem.goal, work.pose)
-    tree.costs[node], tree.weights[node], tree.proven[node] = 0.0, 1.0, False
+    tree.goals[node] = 1 if is_inside(problem.goal, work.pose) else 0
+    tree.costs[node], tree.weights[node], tree.proven[node] = 0.0, 1.0, 0
     tree.parents[node] = tree.children[node] = tree.siblings[node] = -1
-    tree.count[0] = node + 1
+    tree.size[0] = node + 1
     return node
 
 
@@ -129,7 +148,7 @@ def rewire(problem: Problem, tree: Tree, node: int, square: float, work: Work) -
         if saving > 1e-9 and seems_to_hold(problem, tree.q[node], tree.q[i], work):
             unhang(tree.parents, tree.children, tree.siblings, i)
             hang(tree.parents, tree.children, tree.siblings, i, node)
-            tree.proven[i] = False
+            tree.proven[i] = 0
             lower_costs(tree.parents, tree.children, tree.siblings, tree.costs, i, saving)
 
 
@@ -146,7 +165,7 @@ def add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> int:
 @inner
 def has_room(tree: Tree) -> bool:
     """Whether a node more fits in."""
-    return tree.count[0] < len(tree.q)
+    return tree.size[0] < len(tree.q)
 
 
 @inner
@@ -160,7 +179,7 @@ def try_add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> in
 def nearest(tree: Tree, white: Array) -> int:
     """The node whose pose is nearest to whitened coordinates (6,), weights considered."""
     best, least = 0, math.inf
-    for i in range(tree.count[0]):
+    for i in range(tree.size[0]):
         s = 0.0
         for c in range(6):
             s += (tree.z[i, c] - white[c]) ** 2
@@ -197,7 +216,7 @@ def extend(problem: Problem, tree: Tree, near: int, target: Array, work: Work) -
 def connect(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
     """Grow straight toward joint positions q (D,) from the node that is nearest to them; the last new node, or -1."""
     last, newest, least, way = 0, -1, math.inf, work.q
-    for i in range(tree.count[0]):
+    for i in range(tree.size[0]):
         square = squared_gap(problem.turning, tree.q[i], q)
         if square < least:
             last, least = i, square
@@ -230,27 +249,28 @@ def get_inside(problem: Problem, q: Array, target: Array, work: Work) -> bool:
 
 
 @njit
-def plant(problem: Problem, tree: Tree, q: Array) -> None:
+def plant(table: Indices, nodes: Indices, q: Array) -> None:
     """Make joint positions q (D,) the root of an empty tree."""
-    work = make_work(q.size)
-    tree.count[0] = 0
+    problem, tree, work = problem_at(table), tree_at(nodes), make_work(q.size)
+    tree.size[0] = 0
     tool_pose(problem.tool, q, work.pose)
     put(problem, tree, q, work)
 
 
 @njit
-def grow(problem: Problem, tree: Tree, targets: Array, kinds: Indices, starts: Array, first: bool) -> int:
+def grow(table: Indices, nodes: Indices, targets: Array, kinds: Indices, starts: Array, first: bool) -> int:
     """Grow a tree by a batch of targets; how many were used: fewer where the tree is full or a first goal is found.
 
     Args:
-        problem: what is asked.
-        tree: that has a root.
+        table: of the problem.
+        nodes: table of a tree that has a root.
         targets: (T, 6) chart coordinates.
         kinds: (T,) how each is used: `FROM_TREE`, `FROM_START`; `JOIN` and `END` take starts as they are, and `END`
             is a goal.
         starts: (T, D) random joint positions, overwritten.
         first: whether to stop at the first node in the goal.
     """
+    problem, tree = problem_at(table), tree_at(nodes)
     work, white = make_work(starts.shape[1]), np.empty(6)
     for t in range(len(targets)):
         if not has_room(tree):
@@ -265,35 +285,35 @@ def grow(problem: Problem, tree: Tree, targets: Array, kinds: Indices, starts: A
         elif kinds[t] >= JOIN or get_inside(problem, starts[t], targets[t], work):
             newest = connect(problem, tree, starts[t], work)
             if kinds[t] == END and newest >= 0 and squared_gap(problem.turning, tree.q[newest], starts[t]) < SAME:
-                tree.goals[newest] = True
+                tree.goals[newest] = 1
         if first and newest >= 0 and tree.goals[newest]:
             return t + 1
     return len(targets)
 
 
 @njit
-def prove(problem: Problem, tree: Tree, goal: int) -> bool:
+def prove(table: Indices, nodes: Indices, goal: int) -> bool:
     """Whether the way to a node is clear all along; at an edge that is not, the tree loses what hangs on it."""
-    work, node, blocked = make_work(tree.q.shape[1]), goal, -1
-    while tree.parents[node] >= 0:
-        above = tree.parents[node]
-        if not tree.proven[node]:
-            tree.proven[node] = edge_is_clear(problem, tree.q[above], tree.q[node], work)
-            if not tree.proven[node]:
-                blocked = node
-        node = above
-    if blocked >= 0:
-        cut(tree.parents, tree.children, tree.siblings, tree.costs, blocked)
-        forget(tree)
-    return blocked < 0
+    problem, tree = problem_at(table), tree_at(nodes)
+    work, way = make_work(tree.q.shape[1]), np.empty(tree.size[0], np.int64)
+    for i in range(branch(tree.parents, goal, way) - 2, -1, -1):
+        node = way[i]
+        if tree.proven[node]:
+            continue
+        if not edge_is_clear(problem, tree.q[tree.parents[node]], tree.q[node], work):
+            cut(tree.parents, tree.children, tree.siblings, tree.costs, node)
+            forget(tree)
+            return False
+        tree.proven[node] = 1
+    return True
 
 
 @inner
 def forget(tree: Tree) -> None:
     """Put nodes that were lost where no target is near."""
-    for i in range(tree.count[0]):
+    for i in range(tree.size[0]):
         if tree.parents[i] == LOST and tree.z[i, 0] < math.inf:
-            tree.goals[i] = False
+            tree.goals[i] = 0
             tree.z[i, 0] = math.inf
             for k in range(tree.q.shape[1]):
                 tree.q[i, k] = math.nan
