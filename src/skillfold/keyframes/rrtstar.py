@@ -2,12 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from skillfold.jit import compile_for
 from skillfold.keyframes.kernels import rrtstar as kernel
+from skillfold.keyframes.kernels.nodes import Tree
+from skillfold.keyframes.kernels.reaching import reach
 from skillfold.keyframes.kernels.shortcuts import shorten
 from skillfold.tables import Table, table_of
 
@@ -32,9 +36,7 @@ class Grown:
         parents, children, siblings, goals, proven = (np.empty(limit, np.int64) for _ in range(5))
         states, poses, count = np.empty((limit, dof)), np.empty((limit, 6)), np.zeros(1, np.int64)
         costs, weights, squares = (np.empty(limit) for _ in range(3))
-        self.nodes = kernel.Tree(
-            states, poses, costs, parents, children, siblings, goals, count, proven, weights, squares
-        )
+        self.nodes = Tree(states, poses, costs, parents, children, siblings, goals, count, proven, weights, squares)
         self.table = table_of(dict(enumerate(self.nodes)), len(self.nodes))
 
     @property
@@ -109,6 +111,17 @@ class Found:
     iterations: int = 0
     first: float = np.nan
     costs: list[tuple[float, float]] = field(default_factory=list)
+
+
+@cache
+def prepare() -> None:
+    """Have the compiled loops ready, once: no time limit should have to wait for them."""
+    table, rows, flag = np.empty(0, np.int64), np.empty((0, 0)), True
+    compile_for(kernel.plant, table, table, rows.ravel())
+    compile_for(kernel.grow, table, table, rows, table, rows, flag)
+    compile_for(kernel.prove, table, table, 0)
+    compile_for(shorten, table, rows, 0, rows)
+    compile_for(reach, table, rows, rows)
 
 
 def search(
