@@ -150,10 +150,10 @@ class _Drive:
             self.free = False
             return
         seconds = perf_counter() - begun
-        kept = plan is self.plan or plan.stats.get("replan") == "kept"
+        kept = bool(plan.stats.get("kept"))
         (self.told.looks if kept else self.told.replans).append(seconds)
         self.free = plan.success
-        if plan.success and plan is not self.plan:
+        if plan.success and not kept:
             self.plan, self.driven = plan, 0.0
 
     def _step(self, time: float) -> None:

@@ -16,16 +16,15 @@ def told(
     robot: Robot, start: Array, outcomes: list[Outcome], begun: float, pair: int, route: str = "envelope"
 ) -> Plan:
     """The plan that outcomes of pairs make, the first of them `pair`; its path ends where they do."""
-    done = [outcome for outcome in outcomes if not outcome.reason]
     last = outcomes[-1]
-    states = np.vstack([start[None], *(outcome.states[1:] for outcome in done)])
+    states = np.vstack([start[None], *(outcome.states[1:] for outcome in outcomes)])
     path = Path(states, robot.names)
     checks = [outcome.check for outcome in outcomes if outcome.check is not None]
     residual = max((check.residual for check in checks), default=np.inf)
     stats = {
         "nodes": sum(outcome.nodes for outcome in outcomes),
         "iterations": sum(outcome.iterations for outcome in outcomes),
-        "first_solution": np.nan if last.reason or last.found is None else last.found.first,
+        "first_solution": np.nan if last.found is None else last.found.first,
         "gate_factor": max(outcome.factor for outcome in outcomes),
         "costs": _costs(outcomes),
         "pair": pair,

@@ -17,7 +17,7 @@ from skillfold.keyframes.gaussians import PoseGaussian
 from skillfold.keyframes.legs import Leg, lengths
 from skillfold.keyframes.pairs import Outcome
 from skillfold.keyframes.region import PoseRegion
-from skillfold.keyframes.rrtstar import Targets, search
+from skillfold.keyframes.rrtstar import Targets, prepare, search
 from skillfold.motion import Plan
 from skillfold.robots.poses import read_pose
 from skillfold.robots.robot import Robot
@@ -83,6 +83,7 @@ def plan_constrained(
     Raises:
         InputError: says what was given and what was expected.
     """
+    prepare()
     begun = perf_counter()
     limit = read_limits(time_limit, stop, seed)
     obstacles = obstacles_of(robot, scene)

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -125,7 +125,8 @@ class Leg:
         states = self.robot.couple(dense(path, SPACING))
         judge = Judge(self.robot, self.hold)
         space, still = self.robot.space, 2.0 * SPACING
-        return states, check_path(states, judge, self.tolerance, space, still, self.obstacles)
+        check = check_path(states, judge, self.tolerance, space, still, self.obstacles)
+        return states, replace(check, reason=check.reason.replace(" off the manifold", " m outside the constraint"))
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ SLACK, GOAL_SLACK, ONWARD_SLACK = (
     0.15,
 )  # of a gate's width: kept all along, at the end, before the next pair
 TOLERANCE = 1e-6  # metres: rounding
+CHECKS = 3  # paths that may fail the check, which looks more closely, before there is none
 ENTRY = 0.3  # share of the time for the way into a reduced envelope
 
 
@@ -62,6 +63,7 @@ class Asked:
         first: whether the first way is enough.
         begun: when the clock started, of `perf_counter`.
         search: that finds ways, such as `rrtstar.search`.
+        once: whether the first answer stands, whatever the check says of it.
     """
 
     robot: Robot
@@ -70,6 +72,7 @@ class Asked:
     first: bool
     begun: float
     search: Search
+    once: bool = False
 
 
 def plan_pair(
@@ -90,9 +93,9 @@ def plan_pair(
             )
             continue
         outcome.factor = factor
-        until = perf_counter() + share * max(deadline - perf_counter(), 0.0)
+        until = perf_counter() + (1.0 if asked.once else share) * max(deadline - perf_counter(), 0.0)
         _try_gate(asked, wide, start, until, seed, GOAL_SLACK if last else ONWARD_SLACK, outcome)
-        if not outcome.reason:
+        if not outcome.reason or asked.once:
             break
     return outcome
 
@@ -113,23 +116,28 @@ def _try_gate(
         parts.append(states[1:])
     leg = _crossing(asked, wide, narrow, here, slack)
     parts.append(_path(asked, leg, here, deadline, asked.first, seed, outcome)[1:])
-    if not outcome.reason:
-        outcome.states = np.vstack(parts)
+    outcome.states = np.vstack(parts)
 
 
 def _path(asked: Asked, leg: Leg, start: Array, deadline: float, first: bool, seed: int, outcome: Outcome) -> Array:
     """The checked path of one leg; where there is none, the outcome has the reason."""
-    found, outcome.reason = leg.search(asked.search, start, asked.begun, deadline, first, seed)
-    outcome.found = found
-    outcome.nodes += found.nodes
-    outcome.iterations += found.iterations
-    if not outcome.reason and not len(found.path):
-        outcome.reason = f"No way was found with {outcome.nodes} nodes, in gates widened {outcome.factor:g} times."
-    if outcome.reason:
-        return np.empty((0, len(start)))
-    states, outcome.check = leg.checked(found.path)
-    outcome.reason = outcome.check.reason
-    return states
+    nothing = np.empty((0, len(start)))
+    for attempt in range(CHECKS):
+        found, outcome.reason = leg.search(asked.search, start, asked.begun, deadline, first, seed + attempt)
+        outcome.found = found
+        outcome.nodes += found.nodes
+        outcome.iterations += found.iterations
+        if not outcome.reason and not len(found.path):
+            outcome.reason = (
+                f"No way was found with {outcome.nodes} nodes, in gates widened {outcome.factor:g} times."
+            )
+        if outcome.reason:
+            return nothing
+        states, outcome.check = leg.checked(found.path)
+        outcome.reason = outcome.check.reason
+        if not outcome.reason or attempt == CHECKS - 1 or asked.once:
+            return states
+    return nothing
 
 
 def _entry(asked: Asked, wide: SoftEnvelope, narrow: SoftEnvelope, start: Array) -> Leg:

@@ -12,7 +12,8 @@ from skillfold.keyframes.constrained import plan_constrained as plan_constrained
 from skillfold.keyframes.envelope import SoftEnvelope
 from skillfold.keyframes.legs import Search
 from skillfold.keyframes.pairs import Asked, Outcome, plan_pair
-from skillfold.keyframes.rrtstar import search
+from skillfold.keyframes.printed import search_printed
+from skillfold.keyframes.rrtstar import prepare, search
 from skillfold.motion import Plan
 from skillfold.robots.robot import Robot
 
@@ -24,7 +25,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 ATTEMPTS = 4  # where a later pair fails: another end of the one before may lead on
 ANOTHER = 7919  # added to the seed of each attempt
 
-VARIANTS: dict[str, Search] = {"mended": search}
+VARIANTS: dict[str, Search] = {"mended": search, "paper": search_printed}
 
 
 def plan_skill(
@@ -55,7 +56,8 @@ def plan_skill(
         time_limit: seconds.
         stop: "first" ends with the first path; "time" makes it shorter until the time is up.
         seed: same seed, same path, unless time runs out or `stop` is "time".
-        variant: "mended", or "paper" for algorithms 3 to 5 as printed.
+        variant: "mended", or "paper" for algorithms 3 to 5 as printed, which neither keep paths inside nor widen
+            gates: such plans seldom say success.
         start_at: the pair to start with; None tells it from the start's pose.
         until: the Gaussian to end at; None is the last.
 
@@ -68,6 +70,7 @@ def plan_skill(
     Raises:
         InputError: says what was given and what was expected.
     """
+    prepare()
     begun = perf_counter()
     limit, alpha = read_limits(time_limit, stop, seed), read_alpha(alpha)
     if not isinstance(variant, str) or variant not in VARIANTS:
@@ -82,7 +85,7 @@ def plan_skill(
     if phase.pair >= last:
         told_so = f"The start is {phase.told}; the end asked for is Gaussian {last}."
         return not_begun(robot, np.stack([start, start]), told_so, begun, "envelope", True)
-    asked = Asked(robot, obstacles, alpha, stop == "first", begun, VARIANTS[variant])
+    asked = Asked(robot, obstacles, alpha, stop == "first", begun, VARIANTS[variant], variant == "paper")
     envelopes = [skill.envelope(i) for i in range(phase.pair, last)]
     return told(robot, start, _plan_pairs(asked, envelopes, start, begun + limit, int(seed)), begun, phase.pair)
 

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from skillfold.jit import compile_for
 from skillfold.keyframes.kernels import rrtstar as kernel
+from skillfold.keyframes.kernels.reaching import reach
 from skillfold.keyframes.kernels.shortcuts import shorten
 from skillfold.tables import Table, table_of
 
@@ -109,6 +112,17 @@ class Found:
     iterations: int = 0
     first: float = np.nan
     costs: list[tuple[float, float]] = field(default_factory=list)
+
+
+@cache
+def prepare() -> None:
+    """Have the compiled loops ready, once: no time limit should have to wait for them."""
+    table, rows, flag = np.empty(0, np.int64), np.empty((0, 0)), True
+    compile_for(kernel.plant, table, table, rows.ravel())
+    compile_for(kernel.grow, table, table, rows, table, rows, flag)
+    compile_for(kernel.prove, table, table, 0)
+    compile_for(shorten, table, rows, 0, rows)
+    compile_for(reach, table, rows, rows)
 
 
 def search(

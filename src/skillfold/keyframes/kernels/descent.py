@@ -104,11 +104,11 @@ def twist(pose: Array, wanted: Array, out: Array) -> None:
 
 
 @inner
-def solve_damped(jacobian: Array, square: Array, right: Array) -> None:
-    """(J Jᵀ + λ²)⁻¹ right (6,), in place, by Cholesky's way; `square` (6, 6) is scratch."""
+def solve_damped(jacobian: Array, square: Array, right: Array, damping: float) -> None:
+    """Solve (J Jᵀ + λ²) x = right (6,), in place, by Cholesky's way; `square` (6, 6) is scratch."""
     for i in range(6):
         for j in range(i + 1):
-            s = DAMPING if i == j else 0.0
+            s = damping if i == j else 0.0
             for k in range(jacobian.shape[1]):
                 s += jacobian[i, k] * jacobian[j, k]
             for k in range(j):
@@ -143,7 +143,7 @@ def follow(problem: Problem, q: Array, work: Work) -> None:
     """Move joint positions q (D,), which `work` faces, toward the pose `work.wanted`: damped, within limits."""
     jacobian, right = work.jacobian, work.step
     twist(work.pose, work.wanted, right)
-    solve_damped(jacobian, work.square, right)
+    solve_damped(jacobian, work.square, right, DAMPING)
     length = 0.0
     for k in range(q.size):
         s = 0.0

@@ -12,8 +12,8 @@ from skillfold.keyframes.kernels.problem import Problem, Work
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-SPAN = 0.1  # radians between the poses of an edge that are looked at, besides those half-way
-CLOSER = 10  # parts of a span that is looked at more closely
+SPAN = 0.06  # radians between the poses of an edge that are looked at, besides those half-way
+CLOSER = 8  # parts of a span that is looked at more closely
 
 
 @inner
@@ -60,7 +60,7 @@ def stays_inside(problem: Problem, a: Array, b: Array, work: Work) -> bool:
         highest = max(middle, last)
         if highest > level:
             return False
-        if max(first, highest) + 0.5 * abs(first - 2.0 * middle + last) > level:
+        if max(first, highest) + abs(first - 2.0 * middle + last) > level:
             for j in range(1, CLOSER):
                 if excess_at(problem, a, b, (i + j / CLOSER) / spans, work) > level:
                     return False
