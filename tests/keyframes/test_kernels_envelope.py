@@ -67,7 +67,7 @@ def test_nearest_slice_farther_and_nearest_segment(drawn):
     for y in [y for y in ys if twins.membership(chain, y) > 1][:6]:
         distances = []
         for k in range(n):
-            value, t = envelope.nearest_slice(envelope.ends_of(y, k, table), np.inf)
+            value, t = envelope.nearest_slice(envelope.ends_of(y, k, table), float(k % 2), np.inf)
             wanted = twins.least(lambda t, k=k, y=y: twins.slice_distance(chain, y, (k + min(t, 1 - 1e-15)) / n), 1)
             assert np.sqrt(value) == pytest.approx(wanted, rel=1e-8, abs=1e-9)
             assert np.sqrt(value) == pytest.approx(twins.slice_distance(chain, y, (k + t) / n), rel=1e-8, abs=1e-9)

@@ -110,15 +110,18 @@ def between(low: Numbers, high: Numbers, level: bool) -> Numbers:
 
 
 @inner
-def nearest_slice(blocks: Numbers, best: float) -> Numbers:
-    """Least squared distance to the slices of a segment and its t; once it must be above `best`, only that it is."""
+def nearest_slice(blocks: Numbers, end: float, best: float) -> Numbers:
+    """Least squared distance to the slices of a segment and its t; once it must be above `best`, only that it is.
+
+    `end`, 0 or 1, is looked at first.
+    """
     low, high = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
     for i in range(STEPS):  # both ends first: fewer places to compile what is called
-        t, floor = (float(i), 0.0) if i < 2 else between(low, high, i % 2 == 0)
+        t, floor = (abs(end - i), 0.0) if i < 2 else between(low, high, i % 2 == 0)
         if i > 1 and (not min(low[1], high[1]) * (1.0 - GAP) > floor or floor > best):
             break
         here = from_slice(blocks, t)
-        if (i == 0 and here[2] >= 0.0) or (i == 1 and here[2] <= 0.0):
+        if i < 2 and (here[1] - abs(here[2]) > best or (here[2] >= 0.0 if t == 0.0 else here[2] <= 0.0)):
             return here[1], t
         if here[2] < 0.0:
             low = here
@@ -153,7 +156,7 @@ def nearest_segment(y: Array, s: float, table: Indices) -> Numbers:
         k = first if i < 0 else i
         if i == first or farther(y, k, table, best):
             continue
-        value, t = nearest_slice(ends_of(y, k, table), best)
+        value, t = nearest_slice(ends_of(y, k, table), 1.0 if k < first else 0.0, best)
         if value < best:
             best, segment, at = value, k, t
     return segment, at
