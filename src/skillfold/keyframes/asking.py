@@ -63,6 +63,14 @@ def start_trouble(robot: Robot, obstacles: Obstacles, q: Array, what: str = "sta
     return ""
 
 
+def read_alpha(alpha: Any) -> float:
+    """Percent of the variance."""
+    number = isinstance(alpha, int | float | np.integer | np.floating) and not isinstance(alpha, bool)
+    if not (number and 0.0 < alpha <= 100.0):
+        raise InputError(f"alpha={alpha!r:.80}; expected percent, above 0 and 100 at most.")
+    return float(alpha)
+
+
 def read_limits(time_limit: Any, stop: Any, seed: Any) -> float:
     """The time limit [s], once all three are looked at."""
     number = isinstance(time_limit, int | float | np.integer | np.floating) and not isinstance(time_limit, bool)

@@ -2,8 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
-from time import perf_counter
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,19 +10,22 @@ import numpy as np
 from skillfold.check import Check, check_path
 from skillfold.keyframes.charts import LENGTH, PoseChart
 from skillfold.keyframes.compiled import compiled_constraint, raise_error
-from skillfold.keyframes.constraint import PoseConstraint
-from skillfold.keyframes.kernels.descent import Held, Problem
+from skillfold.keyframes.constraint import CompiledConstraint, PoseConstraint
+from skillfold.keyframes.kernels import problem as slots
 from skillfold.keyframes.kernels.reaching import reach
-from skillfold.keyframes.rrtstar import Found, Targets, dense, search
+from skillfold.keyframes.rrtstar import REACH, Found, Question, Targets, dense
 from skillfold.robots.obstacles import Obstacles
 from skillfold.robots.robot import Robot
+from skillfold.tables import table_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-REACH = 0.3  # η, radians: longest edge of the tree
 KEPT = 0.25  # of the margin that edges must keep; where an end has less, half of what it has
 SPACING = 0.01  # radians between the states of a path
 DESCENTS = (4, 28, 96, 192)  # tried to reach the goal, the first ones from the start
+
+
+Search = Callable[[Question, Array, Targets, float, float, bool, int], Found]
 
 
 @dataclass(frozen=True)
@@ -53,54 +55,50 @@ class Leg:
     metric: Array
     targets: Targets
 
-    def problem(self, start: Array) -> tuple[Problem, Callable[[], None]]:
-        """The same for compiled loops; and what raises, after them, the errors of a user's constraint.
+    def question(self, start: Array) -> tuple[Question, list[CompiledConstraint]]:
+        """The same for compiled loops; and the constraints, whose errors are raised after them.
 
         Where the start has less than the margin, edges keep half of what it has.
         """
         hold = compiled_constraint(self.hold)
         goal = hold if self.goal is None else compiled_constraint(self.goal)
-        goal_level = -np.inf if self.goal is None else self.goal_level
-        clear = self.obstacles.compiled()
+        clear, tool = self.obstacles.compiled(), self.robot.compiled_tool()
         margin = min(KEPT * self.obstacles.margin, 0.5 * float(self.obstacles.clearance(start)))
-        lower, upper = self.robot.limits
         turning = np.array([kind == "continuous" for kind in self.robot.space.kinds])
-        problem = Problem(
-            self.robot.compiled_tool(),
-            Held(hold.excess, hold.project, hold.arguments, self.level),
-            Held(goal.excess, goal.project, goal.arguments, goal_level),
-            clear.clearance,
-            clear.edge,
-            clear.arguments,
-            margin,
-            lower,
-            upper,
-            turning,
-            self.chart.middle,
-            self.axis,
-            self.metric,
-            REACH,
-        )
-        owners = hold, goal, clear
+        functions = hold.excess, hold.project, goal.excess, clear.clearance, clear.edge
+        goal_level = -np.inf if self.goal is None else self.goal_level
+        arrays = {
+            slots.MACHINE: tool.machine,
+            slots.FRAME: np.array([tool.body]),
+            slots.PLACE: np.concatenate([tool.offset, tool.turn]),
+            slots.FUNCTIONS: np.array([function.address for function in functions]),
+            slots.HOLD: hold.arguments,
+            slots.GOAL: goal.arguments,
+            slots.OBSTACLES: clear.arguments,
+            slots.NUMBERS: np.array([self.level, goal_level, margin, REACH]),
+            slots.LIMITS: np.stack(self.robot.limits),
+            slots.TURNING: turning,
+            slots.MIDDLE: self.chart.middle,
+            slots.AXIS: self.axis,
+            slots.METRIC: self.metric,
+        }
+        table = table_of(arrays, slots.SLOTS, self.robot, hold, goal, clear)
+        return Question(table, margin, turning), [hold, goal]
 
-        def check() -> None:
-            for owner in owners[:2]:
-                raise_error(owner)
+    def search(
+        self, search: Search, start: Array, begun: float, deadline: float, first: bool, seed: int
+    ) -> tuple[Found, str]:
+        """A way from joint positions (D,), or why there can be none, in words; arguments as of `rrtstar.search`."""
+        question, constraints = self.question(start)
+        why = "" if self.goal is None else self.unreachable(question, start, seed)
+        found = Found(np.empty((0, len(start))))
+        if not why:
+            found = search(question, start, self.targets, begun, deadline, first, seed)
+        for constraint in constraints:
+            raise_error(constraint)
+        return found, why
 
-        return problem, check
-
-    def search(self, start: Array, begun: float, deadline: float, first: bool, seed: int) -> tuple[Found, str]:
-        """A way from joint positions (D,), or why there can be none, in words."""
-        problem, check = self.problem(start)
-        why = "" if self.goal is None else self.unreachable(problem, start, seed)
-        check()
-        if why:
-            return Found(np.empty((0, len(start)))), why
-        found = search(problem, start, self.targets, begun, deadline, first, seed)
-        check()
-        return found, ""
-
-    def unreachable(self, problem: Problem, start: Array, seed: int) -> str:
+    def unreachable(self, question: Question, start: Array, seed: int) -> str:
         """Why the goal cannot be reached from anywhere, as far as many descents tell; empty where it seems it can."""
         rng, hits = np.random.default_rng(seed), Counter[str]()
         for turn, count in enumerate(DESCENTS):
@@ -110,24 +108,25 @@ class Leg:
                 states[:] = start
             targets, used = self.targets.goal(count, seeds[1]), 0
             while used < count:
-                at = reach(problem, states[used:], targets[used:])
+                at = reach(question.table.entries, states[used:], targets[used:])
                 if at < 0:
                     break
                 state = states[used + at]
-                if self.obstacles.clearance(state) > problem.margin:
+                if self.obstacles.clearance(state) > question.margin:
                     return ""
                 hits[self.obstacles.nearest(state)] += 1
                 used += at + 1
         if hits:
-            return f"The goal is blocked: {hits.most_common(1)[0][0]}, in all {hits.total()} poses found there."
-        return f"The goal is out of reach: none of {sum(DESCENTS)} descents, from the start and from anywhere, got there."
+            return f"The goal is blocked: {hits.most_common(1)[0][0]}, in all {hits.total()} postures found there."
+        return f"The goal is out of reach: none of {sum(DESCENTS)} descents, from the start and elsewhere, got there."
 
     def checked(self, path: Array) -> tuple[Array, Check]:
         """The path (n, D) with states `SPACING` apart, and the independent check of them."""
         states = self.robot.couple(dense(path, SPACING))
         judge = Judge(self.robot, self.hold)
         space, still = self.robot.space, 2.0 * SPACING
-        return states, check_path(states, judge, self.tolerance, space, still, self.obstacles)
+        check = check_path(states, judge, self.tolerance, space, still, self.obstacles)
+        return states, replace(check, reason=check.reason.replace(" off the manifold", " m outside the constraint"))
 
 
 @dataclass(frozen=True)
@@ -153,8 +152,3 @@ def whitening(covariances: Array) -> Array:
 def lengths() -> Array:
     """(6, 6) that makes chart differences metres."""
     return np.diag(np.repeat([1.0, LENGTH], 3))
-
-
-def seconds_left(deadline: float) -> float:
-    """Until a time of `perf_counter`."""
-    return deadline - perf_counter()

@@ -1,7 +1,7 @@
 """From one keyframe to the next: gates widened step by step, and the way into a reduced envelope."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from skillfold.check import Check
 from skillfold.keyframes.envelope import SoftEnvelope
-from skillfold.keyframes.legs import Leg, whitening
+from skillfold.keyframes.legs import Leg, Search, whitening
 from skillfold.keyframes.region import PoseRegion
 from skillfold.keyframes.rrtstar import Found, Targets
 from skillfold.robots.obstacles import Obstacles
@@ -19,8 +19,13 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 FACTORS = (1.0, 2.0, 4.0)  # of the gates, in d²
 SHARES = (0.5, 0.6, 1.0)  # of the time that is left then
-SLACK, GOAL_SLACK = 0.01, 0.03  # of a gate's width: kept between the poses that are looked at, and at the end
+SLACK, GOAL_SLACK, ONWARD_SLACK = (
+    0.01,
+    0.03,
+    0.15,
+)  # of a gate's width: kept all along, at the end, before the next pair
 TOLERANCE = 1e-6  # metres: rounding
+CHECKS = 3  # paths that may fail the check, which looks more closely, before there is none
 ENTRY = 0.3  # share of the time for the way into a reduced envelope
 
 
@@ -46,7 +51,6 @@ class Outcome:
     nodes: int = 0
     iterations: int = 0
     check: Check | None = None
-    costs: list[tuple[float, float]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,8 @@ class Asked:
         alpha: percent of the variance that the reduced envelope keeps; 100 is the full one.
         first: whether the first way is enough.
         begun: when the clock started, of `perf_counter`.
+        search: that finds ways, such as `rrtstar.search`.
+        once: whether the first answer stands, whatever the check says of it.
     """
 
     robot: Robot
@@ -65,69 +71,73 @@ class Asked:
     alpha: float
     first: bool
     begun: float
+    search: Search
+    once: bool = False
 
 
-def plan_pair(asked: Asked, envelope: SoftEnvelope, start: Array, deadline: float, seed: int) -> Outcome:
-    """A path from joint positions (D,) through an envelope into its child's gate; wider gates where there is none."""
+def plan_pair(
+    asked: Asked, envelope: SoftEnvelope, start: Array, deadline: float, seed: int, last: bool = True
+) -> Outcome:
+    """A path from joint positions (D,) through an envelope into its child's gate; wider gates where there is none.
+
+    Where this is not the last pair, the path ends deeper in the gate, which the next envelope sees in another chart.
+    """
     outcome = Outcome(np.empty((0, len(start))))
+    pose = asked.robot.forward(start)
+    outside = float(envelope.distance(pose))
     for factor, share in zip(FACTORS, SHARES, strict=True):
         wide = envelope if factor == 1.0 else envelope.widened(factor)
-        pose = asked.robot.forward(start)
         if not wide.contains(pose):
-            outcome.reason = f"The start lies {float(wide.distance(pose)):.2g} m outside the gates."
+            outcome.reason = (
+                f"The start lies {outside:.2g} m outside the envelope, beyond gates widened {factor:g} times."
+            )
             continue
         outcome.factor = factor
-        until = perf_counter() + share * max(deadline - perf_counter(), 0.0)
-        _try_gate(asked, wide, start, until, seed, outcome)
-        if not outcome.reason:
+        until = perf_counter() + (1.0 if asked.once else share) * max(deadline - perf_counter(), 0.0)
+        _try_gate(asked, wide, start, until, seed, GOAL_SLACK if last else ONWARD_SLACK, outcome)
+        if not outcome.reason or asked.once:
             break
     return outcome
 
 
 def _try_gate(
-    asked: Asked, wide: SoftEnvelope, start: Array, deadline: float, seed: int, outcome: Outcome
+    asked: Asked, wide: SoftEnvelope, start: Array, deadline: float, seed: int, slack: float, outcome: Outcome
 ) -> None:
     """One rung of the ladder: into the reduced envelope, if need be, and on to the goal."""
-    narrow = wide if asked.alpha >= 100.0 else wide.reduced(asked.alpha)
-    outcome.reason, parts, here = "", [], start
+    narrow = wide.reduced(asked.alpha)
+    here, parts, outcome.entered = start, [start[None]], 0
     if not narrow.contains(asked.robot.forward(start)):
-        now = perf_counter()
-        leg = _entry(asked, wide, narrow, start)
-        _take(leg, start, asked, now + ENTRY * (deadline - now), True, seed, outcome, parts)
+        until = perf_counter() + ENTRY * max(deadline - perf_counter(), 0.0)
+        states = _path(asked, _entry(asked, wide, narrow, start), start, until, True, seed, outcome)
         if outcome.reason:
             outcome.reason = f"From the start, no way into the reduced envelope: {outcome.reason}"
             return
-        here = parts[0][-1]
-        outcome.entered = len(parts[0]) - 1
-    leg = _crossing(asked, wide, narrow, here)
-    _take(leg, here, asked, deadline, asked.first, seed, outcome, parts)
-    if not outcome.reason:
-        outcome.states = parts[0] if len(parts) == 1 else np.vstack([parts[0], parts[1][1:]])
+        here, outcome.entered = states[-1], len(states) - 1
+        parts.append(states[1:])
+    leg = _crossing(asked, wide, narrow, here, slack)
+    parts.append(_path(asked, leg, here, deadline, asked.first, seed, outcome)[1:])
+    outcome.states = np.vstack(parts)
 
 
-def _take(
-    leg: Leg,
-    start: Array,
-    asked: Asked,
-    deadline: float,
-    first: bool,
-    seed: int,
-    outcome: Outcome,
-    parts: list[Array],
-) -> None:
-    """Search one leg, check it, and note what came of it."""
-    found, outcome.reason = leg.search(start, asked.begun, deadline, first, seed)
-    outcome.found = found
-    outcome.nodes += found.nodes
-    outcome.iterations += found.iterations
-    if outcome.reason:
-        return
-    if not len(found.path):
-        outcome.reason = f"No way was found with {found.nodes} nodes."
-        return
-    states, outcome.check = leg.checked(found.path)
-    outcome.reason = outcome.check.reason
-    parts.append(states)
+def _path(asked: Asked, leg: Leg, start: Array, deadline: float, first: bool, seed: int, outcome: Outcome) -> Array:
+    """The checked path of one leg; where there is none, the outcome has the reason."""
+    nothing = np.empty((0, len(start)))
+    for attempt in range(CHECKS):
+        found, outcome.reason = leg.search(asked.search, start, asked.begun, deadline, first, seed + attempt)
+        outcome.found = found
+        outcome.nodes += found.nodes
+        outcome.iterations += found.iterations
+        if not outcome.reason and not len(found.path):
+            outcome.reason = (
+                f"No way was found with {outcome.nodes} nodes, in gates widened {outcome.factor:g} times."
+            )
+        if outcome.reason:
+            return nothing
+        states, outcome.check = leg.checked(found.path)
+        outcome.reason = outcome.check.reason
+        if not outcome.reason or attempt == CHECKS - 1 or asked.once:
+            return states
+    return nothing
 
 
 def _entry(asked: Asked, wide: SoftEnvelope, narrow: SoftEnvelope, start: Array) -> Leg:
@@ -142,11 +152,10 @@ def _entry(asked: Asked, wide: SoftEnvelope, narrow: SoftEnvelope, start: Array)
     return _leg(asked, wide, narrow, wide, start, goal)
 
 
-def _crossing(asked: Asked, wide: SoftEnvelope, narrow: SoftEnvelope, start: Array) -> Leg:
+def _crossing(asked: Asked, wide: SoftEnvelope, narrow: SoftEnvelope, start: Array, slack: float) -> Leg:
     """Through the envelope into the child's gate."""
-    end = at_end(narrow)
-    child = at_end(wide)
-    return _leg(asked, narrow, child, wide, start, lambda n, seed: wide.chart.to_chart(end.sample(n, seed)))
+    end, child = at_end(narrow), at_end(wide)
+    return _leg(asked, narrow, child, wide, start, lambda n, seed: wide.chart.to_chart(end.sample(n, seed)), slack)
 
 
 def _leg(
@@ -156,6 +165,7 @@ def _leg(
     wide: SoftEnvelope,
     start: Array,
     goals: Callable[[int, int], Array],
+    slack: float = GOAL_SLACK,
 ) -> Leg:
     chart = hold.chart
     targets = Targets(lambda n, seed: chart.to_chart(hold.sample(n, seed)), goals, asked.robot.sample)
@@ -169,7 +179,7 @@ def _leg(
         hold,
         goal,
         level,
-        -GOAL_SLACK,
+        -slack,
         TOLERANCE,
         chart,
         wide.ends,

@@ -2,23 +2,66 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from skillfold.jit import compile_for
 from skillfold.keyframes.kernels import rrtstar as kernel
-from skillfold.keyframes.kernels.descent import Problem
+from skillfold.keyframes.kernels.nodes import Tree
+from skillfold.keyframes.kernels.reaching import reach
 from skillfold.keyframes.kernels.shortcuts import shorten
+from skillfold.tables import Table, table_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 ROOM = 20_000  # nodes of a tree
+REACH = 0.3  # η, radians: longest edge of a tree
 FROM_TREE = 0.8  # share of the targets that are approached from the tree
 GOAL_BIAS = 0.2  # share that is drawn from the goal
 BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
-SHORTCUTS = 40  # tried on each path
+SHORTCUTS = 20  # tried on each path
 TURN = 2 * np.pi
+
+
+class Grown:
+    """A tree in Python's hands, and its table."""
+
+    def __init__(self, limit: int, dof: int) -> None:
+        """Room for `limit` nodes of a robot with `dof` joints."""
+        parents, children, siblings, goals, proven = (np.empty(limit, np.int64) for _ in range(5))
+        states, poses, count = np.empty((limit, dof)), np.empty((limit, 6)), np.zeros(1, np.int64)
+        costs, weights, squares = (np.empty(limit) for _ in range(3))
+        self.nodes = Tree(states, poses, costs, parents, children, siblings, goals, count, proven, weights, squares)
+        self.table = table_of(dict(enumerate(self.nodes)), len(self.nodes))
+
+    @property
+    def count(self) -> int:
+        """How many nodes there are, lost ones too."""
+        return int(self.nodes.size[0])
+
+    def goals(self) -> Indices:
+        """Nodes in the goal."""
+        return np.flatnonzero(self.nodes.goals[: self.count])
+
+
+@dataclass(frozen=True)
+class Question:
+    """A problem as compiled loops take it.
+
+    Attributes:
+        table: see `kernels.problem`.
+        margin: clearance [m] that edges keep.
+        turning: (D,) which joints are continuous.
+    """
+
+    table: Table
+    margin: float
+    turning: Flags
 
 
 @dataclass(frozen=True)
@@ -70,13 +113,24 @@ class Found:
     costs: list[tuple[float, float]] = field(default_factory=list)
 
 
+@cache
+def prepare() -> None:
+    """Have the compiled loops ready, once: no time limit should have to wait for them."""
+    table, rows, flag = np.empty(0, np.int64), np.empty((0, 0)), True
+    compile_for(kernel.plant, table, table, rows.ravel())
+    compile_for(kernel.grow, table, table, rows, table, rows, flag)
+    compile_for(kernel.prove, table, table, 0)
+    compile_for(shorten, table, rows, 0, rows)
+    compile_for(reach, table, rows, rows)
+
+
 def search(
-    problem: Problem, start: Array, targets: Targets, begun: float, deadline: float, first: bool, seed: int
+    question: Question, start: Array, targets: Targets, begun: float, deadline: float, first: bool, seed: int
 ) -> Found:
     """A way from joint positions `start` (D,), whose pose is inside, to a pose inside the goal.
 
     Args:
-        problem: what is asked.
+        question: what is asked.
         start: the root of the tree.
         targets: where targets come from.
         begun, deadline: when the clock of the answer started, and when to give up or stop; seconds of `perf_counter`.
@@ -84,23 +138,23 @@ def search(
         seed: same seed, same targets.
     """
     rng = np.random.default_rng(seed)
-    tree = make_tree(ROOM, len(start))
-    kernel.plant(problem, tree, start)
+    tree = Grown(ROOM, len(start))
+    kernel.plant(question.table.entries, tree.table.entries, start)
     found, turn = Found(np.empty((0, len(start)))), 0
-    if tree.goals[0]:
+    if tree.nodes.goals[0]:
         return Found(np.stack([start, start]), 0.0, 1, 0, perf_counter() - begun, [(perf_counter() - begun, 0.0)])
-    while (turn == 0 or perf_counter() < deadline) and tree.count[0] < ROOM:
+    while (turn == 0 or perf_counter() < deadline) and tree.count < ROOM:
         batch = targets.draw(rng, BATCHES[min(turn, len(BATCHES) - 1)])
         turn += 1
-        if _use(problem, tree, batch, found, rng, begun, first) and first:
+        if _use(question, tree, batch, found, rng, begun, first) and first:
             break
-    found.nodes = int(tree.count[0])
+    found.nodes = tree.count
     return found
 
 
 def _use(
-    problem: Problem,
-    tree: kernel.Tree,
+    question: Question,
+    tree: Grown,
     batch: tuple[Array, Array, Array],
     found: Found,
     rng: np.random.Generator,
@@ -109,26 +163,26 @@ def _use(
 ) -> bool:
     """Grow the tree by a batch of targets, or until a first way is found; whether a better one was."""
     used, better = 0, False
-    while used < len(batch[0]) and tree.count[0] < ROOM:
-        used += kernel.grow(problem, tree, *(part[used:] for part in batch), first)
-        better = improve(problem, tree, found, rng, begun)
+    while used < len(batch[0]) and tree.count < ROOM:
+        used += kernel.grow(question.table.entries, tree.table.entries, *(part[used:] for part in batch), first)
+        better = improve(question, tree, found, rng, begun)
         if better and first:
             break
         if better:
-            give_back(problem, tree, found.path)
+            give_back(question, tree, found.path)
     found.iterations += used
     return better
 
 
-def improve(problem: Problem, tree: kernel.Tree, found: Found, rng: np.random.Generator, begun: float) -> bool:
+def improve(question: Question, tree: Grown, found: Found, rng: np.random.Generator, begun: float) -> bool:
     """Take the tree's best way where it is better than what was found, and shorten it; whether that was better."""
-    best = proven_goal(problem, tree, found.cost)
+    best = proven_goal(question, tree, found.cost)
     if best < 0:
         return False
     if np.isnan(found.first):
         found.first = perf_counter() - begun
-    path = way_to(tree, best, problem.turning)
-    short = shortened(problem, path, rng.random((SHORTCUTS, 2)))
+    path = way_to(tree, best, question.turning)
+    short = shortened(question, path, rng.random((SHORTCUTS, 2)))
     cost = length_of(short)
     if not cost < found.cost:
         return False
@@ -137,41 +191,40 @@ def improve(problem: Problem, tree: kernel.Tree, found: Found, rng: np.random.Ge
     return True
 
 
-def proven_goal(problem: Problem, tree: kernel.Tree, cost: float) -> int:
+def proven_goal(question: Question, tree: Grown, cost: float) -> int:
     """The goal node that costs least, its way clear all along; -1 where none costs less than `cost`."""
     while True:
-        goals = np.flatnonzero(tree.goals[: tree.count[0]])
-        best = int(goals[tree.costs[goals].argmin()]) if len(goals) else -1
-        if best < 0 or not tree.costs[best] < cost - 1e-9:
+        goals, costs = tree.goals(), tree.nodes.costs
+        best = int(goals[costs[goals].argmin()]) if len(goals) else -1
+        if best < 0 or not costs[best] < cost - 1e-9:
             return -1
-        if kernel.prove(problem, tree, best):
+        if kernel.prove(question.table.entries, tree.table.entries, best):
             return best
 
 
-def give_back(problem: Problem, tree: kernel.Tree, path: Array) -> None:
+def give_back(question: Question, tree: Grown, path: Array) -> None:
     """Make the states of a path nodes of the tree."""
-    states = dense(path, problem.reach)[1:]
-    kernel.grow(
-        problem, tree, np.zeros((len(states), 6)), np.full(len(states), kernel.JOIN), states.copy(), False
-    )
+    states = dense(path, REACH)[1:].copy()
+    kinds, targets = np.full(len(states), kernel.JOIN), np.empty((len(states), 6))
+    kernel.grow(question.table.entries, tree.table.entries, targets, kinds, states, False)
 
 
-def shortened(problem: Problem, path: Array, picks: Array) -> Array:
+def shortened(question: Question, path: Array, picks: Array) -> Array:
     """A path with shortcuts; no longer than before."""
     room = np.empty((len(path) + 2 * len(picks), path.shape[1]))
     room[: len(path)] = path
-    return room[: shorten(problem, room, len(path), picks)].copy()
+    return room[: shorten(question.table.entries, room, len(path), picks)].copy()
 
 
-def way_to(tree: kernel.Tree, node: int, turning: Array) -> Array:
+def way_to(tree: Grown, node: int, turning: Flags) -> Array:
     """The way (n, D) from the root to a node, each state facing the one before."""
     nodes = [node]
-    while tree.parents[nodes[-1]] >= 0:
-        nodes.append(int(tree.parents[nodes[-1]]))
-    return facing_path(tree.q[nodes[::-1]], turning)
+    while tree.nodes.parents[nodes[-1]] >= 0:
+        nodes.append(int(tree.nodes.parents[nodes[-1]]))
+    return facing_path(tree.nodes.q[nodes[::-1]], turning)
 
 
-def facing_path(states: Array, turning: Array) -> Array:
+def facing_path(states: Array, turning: Flags) -> Array:
     """States (n, D) with full turns of continuous joints added so that none is passed between two states."""
     steps = np.diff(states, axis=0)
     steps[:, turning] -= TURN * np.floor(steps[:, turning] / TURN + 0.5)
@@ -190,18 +243,3 @@ def dense(path: Array, spacing: float) -> Array:
     edges = np.repeat(np.arange(len(counts)), counts)
     share = (np.arange(len(edges)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[edges]
     return np.vstack([path[edges] + share[:, None] * (path[edges + 1] - path[edges]), path[-1:]])
-
-
-def make_tree(limit: int, dof: int) -> kernel.Tree:
-    """Room for a tree."""
-    return kernel.Tree(
-        np.empty((limit, dof)),
-        np.empty((limit, 6)),
-        np.empty(limit),
-        *(np.empty(limit, np.int64) for _ in range(3)),
-        np.empty(limit, np.bool_),
-        np.zeros(1, np.int64),
-        np.empty(limit, np.bool_),
-        np.empty(limit),
-        np.empty(limit),
-    )

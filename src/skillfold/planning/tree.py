@@ -61,7 +61,9 @@ def unhang(parents: Indices, children: Indices, siblings: Indices, node: int) ->
 
 
 @inner
-def lower_costs(parents: Indices, children: Indices, siblings: Indices, costs: Array, top: int, saving: float) -> None:
+def lower_costs(
+    parents: Indices, children: Indices, siblings: Indices, costs: Array, top: int, saving: float
+) -> None:
     """Take `saving` off the cost of `top` and of all that hangs on it."""
     node = top
     while True:

@@ -5,107 +5,22 @@ target, and to the line through the target along the envelope's axis. Only the f
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from skillfold.jit import inner
 from skillfold.keyframes.charts import LENGTH
 from skillfold.keyframes.kernels.charts import to_flat, to_full
+from skillfold.keyframes.kernels.problem import FULL, Held, Problem, Work
 from skillfold.robots.kinematics import Tool, frame_jacobian, frame_pose, place
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
-Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 GAIN = 0.5  # of the differences that one step closes
 STRIDE = 0.08  # metres: longest step of the pose
 DAMPING = 1e-3  # square metres: λ² of the damped inverse
 INWARD = 0.25  # of the way back inside that a target is put deeper than the border
-FULL = 2.0 * math.pi
-
-
-class Held(NamedTuple):
-    """A constraint for compiled loops (see `skillfold.keyframes.constraint.CompiledConstraint`).
-
-    Attributes:
-        excess, project, arguments: of the constraint.
-        level: the excess up to which poses count as inside.
-    """
-
-    excess: Any
-    project: Any
-    arguments: Indices
-    level: float
-
-
-class Problem(NamedTuple):
-    """What a planner asks.
-
-    Attributes:
-        tool: whose pose is constrained.
-        hold: what every pose holds.
-        goal: where a path ends.
-        clearance, edge, arguments: of the obstacles (see `skillfold.clearance.Compiled`).
-        margin: clearance [m] that edges keep.
-        lower, upper: (D,) limits of the joints.
-        turning: (D,) whether a joint is continuous: its positions count up to full turns.
-        middle: (4,) rotation of the chart (see `skillfold.keyframes.charts`).
-        axis: (2, 6) chart coordinates of the parent's and the child's centre.
-        metric: (6, 6) whitens chart coordinates: nearest is nearest in these.
-        reach: η, longest edge of the tree and longest step of a descent [rad].
-    """
-
-    tool: Tool
-    hold: Held
-    goal: Held
-    clearance: Any
-    edge: Any
-    arguments: Indices
-    margin: float
-    lower: Array
-    upper: Array
-    turning: Flags
-    middle: Array
-    axis: Array
-    metric: Array
-    reach: float
-
-
-class Work(NamedTuple):
-    """Scratch of one loop: of poses `pose`, `wanted`, `passing` (7,), of charts `flat`, `step`, `other` (6,), of joints
-    `q`, `state`, `end` (D,), and `jacobian` (6, D), `square` (6, 6).
-    """
-
-    pose: Array
-    wanted: Array
-    passing: Array
-    flat: Array
-    step: Array
-    other: Array
-    q: Array
-    state: Array
-    end: Array
-    jacobian: Array
-    square: Array
-
-
-@inner
-def make_work(dof: int) -> Work:
-    """Room for it."""
-    return Work(
-        np.empty(7),
-        np.empty(7),
-        np.empty(7),
-        np.empty(6),
-        np.empty(6),
-        np.empty(6),
-        np.empty(dof),
-        np.empty(dof),
-        np.empty(dof),
-        np.empty((6, dof)),
-        np.empty((6, 6)),
-    )
 
 
 @inner
@@ -189,11 +104,11 @@ def twist(pose: Array, wanted: Array, out: Array) -> None:
 
 
 @inner
-def solve_damped(jacobian: Array, square: Array, right: Array) -> None:
-    """(J Jᵀ + λ²)⁻¹ right (6,), in place, by Cholesky's way; `square` (6, 6) is scratch."""
+def solve_damped(jacobian: Array, square: Array, right: Array, damping: float) -> None:
+    """Solve (J Jᵀ + λ²) x = right (6,), in place, by Cholesky's way; `square` (6, 6) is scratch."""
     for i in range(6):
         for j in range(i + 1):
-            s = DAMPING if i == j else 0.0
+            s = damping if i == j else 0.0
             for k in range(jacobian.shape[1]):
                 s += jacobian[i, k] * jacobian[j, k]
             for k in range(j):
@@ -228,7 +143,7 @@ def follow(problem: Problem, q: Array, work: Work) -> None:
     """Move joint positions q (D,), which `work` faces, toward the pose `work.wanted`: damped, within limits."""
     jacobian, right = work.jacobian, work.step
     twist(work.pose, work.wanted, right)
-    solve_damped(jacobian, work.square, right)
+    solve_damped(jacobian, work.square, right, DAMPING)
     length = 0.0
     for k in range(q.size):
         s = 0.0

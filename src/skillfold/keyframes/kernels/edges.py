@@ -6,17 +6,18 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import inner
-from skillfold.keyframes.kernels.descent import FULL, Problem, Work, tool_pose, turned
+from skillfold.keyframes.kernels.descent import tool_pose, turned
+from skillfold.keyframes.kernels.problem import Problem, Work
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-SPAN = 0.1  # radians between the poses of an edge that are looked at, besides those half-way
-CLOSER = 10  # parts of a span that is looked at more closely
+SPAN = 0.06  # radians between the poses of an edge that are looked at, besides those half-way
+CLOSER = 8  # parts of a span that is looked at more closely
 
 
 @inner
-def squared_gap(turning: Flags, a: Array, b: Array) -> float:
+def squared_gap(turning: Indices, a: Array, b: Array) -> float:
     """Squared length of the edge from a to b (D,), continuous joints turning the shorter way."""
     s = 0.0
     for k in range(a.size):
@@ -28,8 +29,8 @@ def squared_gap(turning: Flags, a: Array, b: Array) -> float:
 
 
 @inner
-def facing(turning: Flags, a: Array, b: Array, out: Array) -> None:
-    """b (D,) less full turns, so that the edge from a is straight; `out` may be b."""
+def facing(turning: Indices, a: Array, b: Array, out: Array) -> None:
+    """Write b (D,) less full turns, so that the edge from a is straight; `out` may be b."""
     for k in range(a.size):
         out[k] = a[k] + turned(b[k] - a[k]) if turning[k] else b[k]
 
@@ -59,7 +60,7 @@ def stays_inside(problem: Problem, a: Array, b: Array, work: Work) -> bool:
         highest = max(middle, last)
         if highest > level:
             return False
-        if max(first, highest) + 0.5 * abs(first - 2.0 * middle + last) > level:
+        if max(first, highest) + abs(first - 2.0 * middle + last) > level:
             for j in range(1, CLOSER):
                 if excess_at(problem, a, b, (i + j / CLOSER) / spans, work) > level:
                     return False
@@ -75,7 +76,7 @@ def is_clear(problem: Problem, q: Array) -> bool:
 
 @inner
 def seems_to_hold(problem: Problem, a: Array, b: Array, work: Work) -> bool:
-    """Whether the edge from a to b (D,), both clear, is inside, and clear half-way; `work.end` is then b, facing a."""
+    """Whether the edge from a to b (D,), both clear, is inside, and clear half-way."""
     end, middle = work.end, work.state
     facing(problem.turning, a, b, end)
     for k in range(a.size):

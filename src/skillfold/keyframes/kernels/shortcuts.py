@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import inner, njit
-from skillfold.keyframes.kernels.descent import Problem, make_work
 from skillfold.keyframes.kernels.edges import edge_is_clear, seems_to_hold
+from skillfold.keyframes.kernels.problem import make_work, problem_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 GAIN = 1e-3  # of its length that a way must lose, or the shortcut is not worth it
 
@@ -55,13 +56,13 @@ def splice(path: Array, count: int, i: int, j: int, a: Array, b: Array) -> int:
 
 
 @njit
-def shorten(problem: Problem, path: Array, count: int, picks: Array) -> int:
+def shorten(table: Indices, path: Array, count: int, picks: Array) -> int:
     """Straight shortcuts between places of a path, its first `count` rows, in place; the number of rows left.
 
     Each row of `picks` (r, 2) in [0, 1) names two places by their share of the length. Rows face each other: no edge
     is longer than half a turn of a continuous joint.
     """
-    D = path.shape[1]
+    D, problem = path.shape[1], problem_at(table)
     a, b, work = np.empty(D), np.empty(D), make_work(D)
     for r in range(len(picks)):
         total = 0.0
