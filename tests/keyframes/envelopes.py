@@ -97,10 +97,11 @@ def square_at(region, y, s):
 def least(function, segments):
     """Least value of a function that is convex on each of equal segments of [0, 1]."""
     grid = np.linspace(0, 1, segments + 1)
-    return min(_golden(function, a, b) for a, b in pairwise(grid))
+    return min(golden(function, a, b) for a, b in pairwise(grid))
 
 
-def _golden(function, low, high):
+def golden(function, low, high):
+    """Least value between low and high."""
     share = (np.sqrt(5) - 1) / 2
     inner = [high - share * (high - low), low + share * (high - low)]
     values = [function(s) for s in inner]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.linalg import sqrtm
 from scipy.spatial.transform import Rotation
 
@@ -40,6 +41,26 @@ def test_projections_are_inside_and_stay(case):
         np.testing.assert_array_equal(distances == 0, envelope.contains(poses))
         assert envelope.contains(poses, distances.max()).all()
         np.testing.assert_array_equal(envelope.distance(inside), 0)
+
+
+@settings(deadline=None, max_examples=15)
+@given(st.integers(0, 2**32 - 1))
+def test_no_scale_puts_projections_outside(seed):
+    """Lengths from a tenth of a millimetre to ten metres, turns from a tenth of a milliradian to ten radians."""
+    rng = np.random.default_rng(seed)
+    size, angle, thin, far = 10 ** rng.uniform([-4, -4, -4, -2], [1, 1, 0, 1])
+    covariances = np.zeros((2, 6, 6))
+    for covariance in covariances:
+        covariance[:3, :3] = twins.spd(rng, size * thin ** rng.uniform(size=3))
+        covariance[3:, 3:] = twins.spd(rng, angle * thin ** rng.uniform(size=3))
+    parent, child = (
+        PoseGaussian([*rng.normal(size=3) * far, *twins.random_gaussian(rng).mean[3:]], c) for c in covariances
+    )
+    for envelope in kinds(parent, child):
+        poses = np.concatenate([twins.random_poses(10, rng, far), twins.near(envelope, 10, rng, size)])
+        assert envelope.contains(envelope.sample(10, 1)).all()
+        assert envelope.contains(envelope.project(poses)).all()
+        assert np.isfinite(envelope.distance(poses)).all()
 
 
 @few

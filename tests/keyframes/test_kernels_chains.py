@@ -31,7 +31,7 @@ def test_scaled(drawn):
         np.testing.assert_allclose(out, y, atol=1e-15)
 
 
-def test_block_of_square_and_worse(drawn):
+def test_block_of_and_square(drawn):
     chain, _, _, ys = drawn
     n = len(chain.covariances) - 1
     rows = segments_of(chain)
@@ -43,19 +43,36 @@ def test_block_of_square_and_worse(drawn):
         wanted = [v[b] @ np.linalg.solve(sigma[b], v[b]) for b in range(2)]
         blocks = [chains.block_of(rows[k], b, y) for b in range(2)]
         found = [chains.square(block, t) for block in blocks]
-        np.testing.assert_allclose([value for value, _ in found], wanted, rtol=1e-8)
-        h = 1e-6
-        slopes = [(chains.square(b, t + h)[0] - chains.square(b, t - h)[0]) / (2 * h) for b in blocks]
-        np.testing.assert_allclose([slope for _, slope in found], slopes, rtol=1e-6, atol=1e-6)
-        assert chains.worse(*blocks, t) == (t, *found[int(np.argmax(wanted))])
+        np.testing.assert_allclose([value for value, _, _ in found], wanted, rtol=1e-8)
+        h = 1e-5
+        before, after = ([chains.square(b, t + side) for b in blocks] for side in (-h, h))
+        for order in (0, 1):
+            differences = [(b[order] - a[order]) / (2 * h) for a, b in zip(before, after, strict=True)]
+            np.testing.assert_allclose([f[order + 1] for f in found], differences, rtol=1e-5, atol=1e-5)
 
 
-def test_crossing():
-    """Tangents of (t - 0.3)² meet half-way, those of |t - 0.3| at its tip, but never next to an end."""
-    low, high = (0.0, 0.09, -0.6), (1.0, 0.49, 1.4)
-    assert chains.crossing(low, high) == pytest.approx((0.5, -0.21))
-    assert chains.crossing((0.0, 0.3, -1.0), (1.0, 0.7, 1.0)) == pytest.approx((0.3, 0.0))
-    assert chains.crossing((0.0, 1.0, -1e6), (1.0, 1.0, 1e-6)) == pytest.approx((0.1, 1.0), abs=1e-5)
+def test_bottom_ahead_and_descent():
+    """Of two parabolas' upper hull, against a search: at either bottom, at a crossing, and where they hardly bend."""
+    assert chains.bottom((3.0, -2.0, 4.0)) == 0.5
+    assert chains.ahead((3.0, -2.0, 4.0), 0.5) == 2.5
+    assert chains.bottom((0.0, 1.0, 0.0)) == -chains.bottom((0.0, -1.0, 1e-9)) == -_chains.FARTHEST
+    rng = np.random.default_rng(0)
+    seen = set()
+    for _ in range(300):
+        pair = [(rng.uniform(0, 3), rng.normal() * 2, rng.uniform(0.5, 4) * 10 ** rng.normal()) for _ in range(2)]
+        upper, lower = sorted(pair, reverse=True)
+        step, gain = chains.descent(upper, lower)
+        steps = [chains.bottom(upper), chains.bottom(lower)]
+        seen.add(steps.index(step) if step in steps else 2)
+        if _chains.FARTHEST in np.abs(steps):
+            continue
+
+        def hull(x, upper=upper, lower=lower):
+            return max(chains.ahead(upper, x), chains.ahead(lower, x))
+
+        assert upper[0] - gain == pytest.approx(hull(step), abs=1e-10)
+        assert hull(step) == pytest.approx(twins.golden(hull, -4.0, 4.0), abs=1e-10)
+    assert seen == {0, 1, 2}
 
 
 def test_lowest_is_the_least_of_a_segment(drawn):
@@ -66,10 +83,22 @@ def test_lowest_is_the_least_of_a_segment(drawn):
         row = segments_of(chain)[k]
         blocks = chains.block_of(row, 0, y), chains.block_of(row, 1, y)
         wanted = twins.least(lambda t, k=k, y=y: twins.square_at(chain, y, (k + min(t, 1 - 1e-15)) / n), 1)
-        value, t = chains.lowest(*blocks, np.inf)
-        assert value == pytest.approx(wanted, rel=1e-8)
-        assert value == chains.worse(*blocks, t)[1]
-        assert chains.lowest(*blocks, 0.5 * wanted)[0] >= 0.5 * wanted
+        for first in (0.0, 0.4, 1.0):
+            value, t = chains.lowest(*blocks, first, np.inf)
+            assert value == pytest.approx(wanted, rel=1e-8)
+            assert value == max(chains.square(block, t)[0] for block in blocks)
+            assert chains.lowest(*blocks, first, 0.5 * wanted)[0] >= 0.5 * wanted
+
+
+@pytest.mark.parametrize("thin", [1e-3, 1e-6, 1e-9])
+def test_lowest_where_one_end_is_very_thin(thin):
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        a, b = rng.normal(size=(2, 6))
+        ratios = np.array([1.0, 1.0, 1.0]) / thin
+        position, rotation = ((*a[c] / thin**0.5, *b[c] / thin**0.5, *ratios) for c in (slice(0, 3), slice(3, 6)))
+        wanted = twins.least(lambda t, p=position, r=rotation: max(chains.square(p, t)[0], chains.square(r, t)[0]), 1)
+        assert chains.lowest(position, rotation, 0.0, np.inf)[0] == pytest.approx(wanted, rel=1e-7, abs=1e-9)
 
 
 def test_place_beyond_and_segment_at(drawn):

@@ -51,6 +51,15 @@ def test_ends_of_away_from_slice_and_back(drawn):
         assert (at, value, slope) == pytest.approx((t, parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]))
 
 
+def test_between():
+    """Tangents of |t - 0.3| meet at its tip, the line through both slopes of (t - 0.3)² is level at its bottom."""
+    assert envelope.between((0.0, 0.3, -1.0), (1.0, 0.7, 1.0), False) == pytest.approx((0.3, 0.0))
+    assert envelope.between((0.0, 0.09, -0.6), (1.0, 0.49, 1.4), True) == pytest.approx((0.3, -0.21))
+    assert envelope.between((0.0, 1.0, -1e6), (1.0, 1.0, 1e-6), False) == pytest.approx(
+        (_envelope.LEAST, 1.0), abs=1e-5
+    )
+
+
 def test_nearest_slice_farther_and_nearest_segment(drawn):
     """The least of each segment; what is left out is farther; and the least of all."""
     chain, table, _, ys = drawn
@@ -58,7 +67,7 @@ def test_nearest_slice_farther_and_nearest_segment(drawn):
     for y in [y for y in ys if twins.membership(chain, y) > 1][:6]:
         distances = []
         for k in range(n):
-            value, t = envelope.nearest_slice(envelope.ends_of(y, k, table), np.inf)
+            value, t = envelope.nearest_slice(envelope.ends_of(y, k, table), float(k % 2), np.inf)
             wanted = twins.least(lambda t, k=k, y=y: twins.slice_distance(chain, y, (k + min(t, 1 - 1e-15)) / n), 1)
             assert np.sqrt(value) == pytest.approx(wanted, rel=1e-8, abs=1e-9)
             assert np.sqrt(value) == pytest.approx(twins.slice_distance(chain, y, (k + t) / n), rel=1e-8, abs=1e-9)

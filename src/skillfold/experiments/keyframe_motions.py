@@ -51,56 +51,57 @@ def turned_rows(skills: Sequence[Learnt], seeds: int, settings: Settings) -> lis
         settings.progress("keyframes: direction of paths", 0.45 + 0.15 * number / len(skills))
         starts = [learnt.start([settings.seed, 7, learnt.draw, seed]) for seed in range(seeds)]
         answers = [[ask(learnt, q, alpha, i) for i, q in enumerate(starts)] for alpha in ALPHAS]
-        mine = [
-            np.mean([turned(a) for a in some if a.plan.success] or [(np.nan, np.nan)], axis=0) for some in answers
-        ]
+        mine = [np.mean([turned(a) for a in some if a.plan.success] or [(np.nan,) * 3], axis=0) for some in answers]
         found.setdefault(learnt.task.name, []).append(np.array(mine))
-    targets = (0.01, None)
-    return [_turned_row(*named, target) for named, target in zip(found.items(), targets, strict=False)]
+    return [
+        row for name, target in zip(found, (0.01, None), strict=False) for row in _turned(name, found[name], target)
+    ]
 
 
-def _turned_row(task: str, values: Sequence[Array], target: float | None) -> Row:
-    """Of share and metres (2,) at each α, by draw."""
+def _turned(task: str, values: Sequence[Array], target: float | None) -> list[Row]:
+    """Of metres along the direction, metres across it and the share along it (3,), at each α, by draw."""
     whole, reduced = np.array([v for v in values if np.isfinite(v).all()]).swapaxes(0, 1)
-    p, q = (_above(reduced[:, k], whole[:, k]) for k in range(2))
-    (a, b), (c, d) = whole.mean(axis=0), reduced.mean(axis=0)
+    p, across, share = (_above(reduced[:, k], whole[:, k]) for k in range(3))
+    a, b = whole.mean(axis=0) * [100, 100, 1], reduced.mean(axis=0) * [100, 100, 1]
     note = (
-        f"share of the motion off the axis {a:.3f} at α 100, {c:.3f} at α 85, {len(whole)} draws (Wilcoxon, one-sided); "
-        f"in centimetres {100 * b:.3g} and {100 * d:.3g}, p = {q:.2g}"
+        f"{a[0]:.2g} cm at α 100, {b[0]:.2g} at α 85, {len(whole)} draws, Wilcoxon, one-sided; "
+        f"across that direction {a[1]:.2g} and {b[1]:.2g} cm (p = {across:.2g})"
     )
-    return Row(f"{task}: along the parent's direction in the first third, p", p, "", target, "<", "", note)
+    said = f"{a[2]:.3f} at α 100; p = {share:.2g}"
+    name = f"{task}, first third: off-axis motion along the parent's direction"
+    return [
+        Row(f"{name}, α 85 over 100, p", p, "", target, "<", "", note),
+        Row(f"{name}, as a share, α 85", float(b[2]), "", None, ">", "", said),
+    ]
 
 
 def _above(first: Array, second: Array) -> float:
-    """p that pairs (n,) are not larger in the first."""
+    """How likely pairs (n,) are so much larger in the first by chance."""
     from scipy.stats import wilcoxon
 
     found: Any = wilcoxon(first, second, alternative="greater")
     return float(found.pvalue)
 
 
-def turned(answer: Answer) -> tuple[float, float]:
-    """Of the tool's motion across the axis, in the first third of it, what goes along the parent's main direction.
-
-    Share of it, and metres.
-    """
+def turned(answer: Answer) -> tuple[float, float, float]:
+    """The tool's motion off the axis in its first third; by the parent's main direction, as `off_axis` tells it."""
     parent, child = answer.learnt.envelope.parent, answer.learnt.envelope.child
     axis = child.mean[:3] - parent.mean[:3]
     places = answer.learnt.task.robot.forward(answer.plan.path.states)[:, :3] - parent.mean[:3]
     return off_axis(places, axis, np.linalg.eigh(parent.covariance[:3, :3])[1][:, -1])
 
 
-def off_axis(places: Array, axis: Array, direction: Array) -> tuple[float, float]:
-    """Of a way (n, 3) from near the origin along an axis (3,): how far its steps across go along a direction.
+def off_axis(places: Array, axis: Array, direction: Array) -> tuple[float, float, float]:
+    """Of a way (n, 3) from near the origin along an axis (3,): how far it goes off the axis, in its first third.
 
-    Until a third of the axis is behind it; as a share of all that goes across, 0 where nothing does, and in metres.
+    Metres along a direction and across it, and the share that goes along it, 0 where nothing goes off.
     """
     length = np.linalg.norm(axis)
     axis = axis / length
     beyond = places @ axis > THIRD * length
-    steps = np.diff(places[: int(beyond.argmax()) + 1 if beyond.any() else len(places)], axis=0)
+    steps = np.diff(places[: int(beyond.argmax()) if beyond.any() else len(places)], axis=0)
     across = steps - np.outer(steps @ axis, axis)
     along = direction - (direction @ axis) * axis
     along = along / np.linalg.norm(along)
     whole, part = float(np.linalg.norm(across, axis=1).sum()), float(np.abs(across @ along).sum())
-    return (part / whole if whole > 0.0 else 0.0), part
+    return part, float(np.abs(across @ np.cross(axis, along)).sum()), part / whole if whole > 0.0 else 0.0

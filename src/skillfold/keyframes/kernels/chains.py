@@ -2,8 +2,8 @@
 
 A chain has n + 1 stations at s = k/n, each with a mean and for each block, position and rotation, a matrix Σ: inside
 is v'Σ⁻¹v ≤ 1 in both. Between stations means and matrices go straight. v'Σ⁻¹v is convex in v and Σ together, so along
-a segment both the worse block's d² and the distance to the slice are convex in s: their minimum is where tangents
-from both sides meet. Coordinates are scaled: all six in metres.
+a segment both the worse block's d² and the distance to the slice are convex in s. Coordinates are scaled: all six in
+metres.
 """
 
 import math
@@ -30,9 +30,10 @@ REACHES = 5  # (n, 2) least d² per squared difference in s along the block's ax
 SLOTS = 6
 
 WIDTH = 18  # numbers of a block in SEGMENTS
-GAP = 1e-12  # between the least value found and the least possible, where a search along s stops
-LEAST = 0.1  # of a bracket is cut off by each step of the search
-STEPS = 80  # of the search, at most; ten are usual
+GAP = 1e-13  # of d², that the next step of a search along s can gain: there it stops
+STEPS = 60  # of the search, at most; five are usual
+NEWTON = 8  # after so many every other one halves what is left: near a very thin end parabolas tell little
+FARTHEST = 4.0  # step, in segments
 
 
 @inner
@@ -67,49 +68,70 @@ def block_of(row: Array, block: int, y: Array) -> Numbers:
 
 @inner
 def square(block: Numbers, t: float) -> Numbers:
-    """A block's d² at t, and its slope."""
-    value, slope = 0.0, 0.0
+    """A block's d² at t, and its first and second derivative."""
     a0, a1, a2, b0, b1, b2, l0, l1, l2 = block
-    for a, b, g in ((a0, b0, l0 - 1.0), (a1, b1, l1 - 1.0), (a2, b2, l2 - 1.0)):
-        u = a - t * b
-        q = u / (1.0 + t * g)
-        value += u * q
-        slope -= q * (2.0 * b + q * g)
-    return value, slope
+    g0, g1, g2 = l0 - 1.0, l1 - 1.0, l2 - 1.0
+    w0, w1, w2 = 1.0 / (1.0 + t * g0), 1.0 / (1.0 + t * g1), 1.0 / (1.0 + t * g2)
+    u0, u1, u2 = a0 - t * b0, a1 - t * b1, a2 - t * b2
+    q0, q1, q2 = u0 * w0, u1 * w1, u2 * w2
+    c0, c1, c2 = b0 + q0 * g0, b1 + q1 * g1, b2 + q2 * g2
+    slope = q0 * (b0 + c0) + q1 * (b1 + c1) + q2 * (b2 + c2)
+    return u0 * q0 + u1 * q1 + u2 * q2, -slope, 2.0 * (c0 * c0 * w0 + c1 * c1 * w1 + c2 * c2 * w2)
 
 
 @inner
-def worse(position: Numbers, rotation: Numbers, t: float) -> Numbers:
-    """(t, d² there of the block farther out, its slope)."""
-    first, second = square(position, t), square(rotation, t)
-    value, slope = first if first[0] >= second[0] else second
-    return t, value, slope
+def bottom(parabola: Numbers) -> float:
+    """The step to the bottom of a parabola (value, slope, bend)."""
+    _, slope, bend = parabola
+    return -slope / bend if abs(slope) < FARTHEST * bend else -math.copysign(FARTHEST, slope)
 
 
 @inner
-def crossing(low: Numbers, high: Numbers) -> Numbers:
-    """Where tangents (t, value, slope) at both sides of a minimum meet, kept off the sides; and how low they meet."""
-    width = high[0] - low[0]
-    step = (high[1] - low[1] - high[2] * width) / (low[2] - high[2])
-    return low[0] + min(max(step, LEAST * width), (1.0 - LEAST) * width), low[1] + low[2] * step
+def ahead(parabola: Numbers, step: float) -> float:
+    """A parabola's value after a step."""
+    return parabola[0] + step * (parabola[1] + 0.5 * parabola[2] * step)
 
 
 @inner
-def lowest(position: Numbers, rotation: Numbers, best: float) -> Numbers:
-    """Least d² along a segment and its t; once it must be above `best`, only that it is."""
-    low, high = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
-    for i in range(STEPS):  # both ends first: fewer places to compile what is called
-        t, floor = (float(i), 0.0) if i < 2 else crossing(low, high)
-        if i > 1 and (not min(low[1], high[1]) - floor > GAP * (1.0 + floor) or floor > best):
-            break
-        here = worse(position, rotation, t)
-        if (i == 0 and here[2] >= 0.0) or (i == 1 and here[2] <= 0.0):
-            return here[1], t
-        if here[2] < 0.0:
-            low = here
+def descent(upper: Numbers, lower: Numbers) -> Numbers:
+    """The step to where the greater of two parabolas is least, and how much lower that is; `upper` is greater here.
+
+    That is the bottom of one of them, if the other is below it there, or else where they cross between the two.
+    """
+    step, other = bottom(upper), bottom(lower)
+    a = ahead(lower, step) - ahead(upper, step)
+    if a <= 0.0:
+        return step, upper[0] - ahead(upper, step)
+    if ahead(upper, other) <= ahead(lower, other):
+        return other, upper[0] - ahead(lower, other)
+    width, bend = other - step, lower[2] - upper[2]
+    b, c = (lower[1] - upper[1] + bend * step) * width, 0.5 * bend * width * width
+    step += width * min(2.0 * a / (math.sqrt(max(b * b - 4.0 * a * c, 0.0)) - b), 1.0)
+    return step, upper[0] - ahead(upper, step)
+
+
+@inner
+def lowest(position: Numbers, rotation: Numbers, t: float, best: float) -> Numbers:
+    """Least d² along a segment and its place, looking first at t; once it must be above `best`, only that it is."""
+    low, high, least, at = -1.0, 2.0, math.inf, t  # nothing seen yet within 0 and 1
+    for i in range(STEPS):
+        upper, lower = square(position, t), square(rotation, t)
+        if upper[0] < lower[0]:
+            upper, lower = lower, upper
+        if upper[0] < least:
+            least, at = upper[0], t
+        if upper[1] < 0.0:
+            low = t
         else:
-            high = here
-    return (low[1], low[0]) if low[1] <= high[1] else (high[1], high[0])
+            high = t
+        left = t - max(low, 0.0) if upper[1] >= 0.0 else t - min(high, 1.0)
+        step, gain = descent(upper, lower)
+        then = min(max(t + step, 0.0), 1.0)
+        if then == t or gain <= GAP * (1.0 + least) or upper[0] - upper[1] * left > best:
+            break
+        trusted = low < then < high and (i < NEWTON or i % 2 == 0)
+        t = then if trusted else 0.5 * (max(low, 0.0) + min(high, 1.0))
+    return least, at
 
 
 @inner
@@ -149,7 +171,8 @@ def membership_of(y: Array, table: Indices) -> Numbers:
         if max(p * p * reaches[k, 0], r * r * reaches[k, 1]) > best or i == first:
             continue
         row = segments[k]
-        value, t = lowest(block_of(row, 0, y), block_of(row, 1, y), best)
+        t = min(max(by_position * n - k, 0.0), 1.0)
+        value, t = lowest(block_of(row, 0, y), block_of(row, 1, y), t, best)
         if value < best:
             best, at = value, (k + t) / n
     return best, at

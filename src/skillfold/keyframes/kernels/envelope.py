@@ -15,7 +15,9 @@ from skillfold.tables import matrix, vector
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-GAP = 1e-13  # of the squared distance: where the search along s stops
+GAP = 1e-13  # of the squared distance, between the least found and the least possible: there a search along s stops
+STEPS = 80  # of the search, at most; ten are usual
+LEAST = 0.01  # of a bracket is cut off by each
 HALF_TURN = LENGTH * math.pi * (1.0 - 1e-9)  # longest rotation vector of a chart, scaled
 INSIDE = 1.0 - 1e-9  # √d² of projected and sampled poses, so that rounding does not put them outside
 TRIES = 14  # each with four times the slack, where poses are a billion times as far off as an ellipsoid is thin
@@ -95,15 +97,31 @@ def ends_of(y: Array, k: int, table: Indices) -> Numbers:
 
 
 @inner
-def nearest_slice(blocks: Numbers, best: float) -> Numbers:
-    """Least squared distance to the slices of a segment and its t; once it must be above `best`, only that it is."""
+def between(low: Numbers, high: Numbers, level: bool) -> Numbers:
+    """Where to look next between (t, value, slope) at both sides of a minimum; and what it cannot be below.
+
+    That is how low the tangents meet, and where they do is the tip of a kink; where a line through both slopes is
+    `level` is the bottom of a parabola.
+    """
+    width = high[0] - low[0]
+    meet = (high[1] - low[1] - high[2] * width) / (low[2] - high[2])
+    step = low[2] * width / (low[2] - high[2]) if level else meet
+    return low[0] + min(max(step, LEAST * width), (1.0 - LEAST) * width), low[1] + low[2] * meet
+
+
+@inner
+def nearest_slice(blocks: Numbers, end: float, best: float) -> Numbers:
+    """Least squared distance to the slices of a segment and its t; once it must be above `best`, only that it is.
+
+    `end`, 0 or 1, is looked at first.
+    """
     low, high = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
-    for i in range(chains.STEPS):  # both ends first: fewer places to compile what is called
-        t, floor = (float(i), 0.0) if i < 2 else chains.crossing(low, high)
+    for i in range(STEPS):  # both ends first: fewer places to compile what is called
+        t, floor = (abs(end - i), 0.0) if i < 2 else between(low, high, i % 2 == 0)
         if i > 1 and (not min(low[1], high[1]) * (1.0 - GAP) > floor or floor > best):
             break
         here = from_slice(blocks, t)
-        if (i == 0 and here[2] >= 0.0) or (i == 1 and here[2] <= 0.0):
+        if i < 2 and (here[1] - abs(here[2]) > best or (here[2] >= 0.0 if t == 0.0 else here[2] <= 0.0)):
             return here[1], t
         if here[2] < 0.0:
             low = here
@@ -138,7 +156,7 @@ def nearest_segment(y: Array, s: float, table: Indices) -> Numbers:
         k = first if i < 0 else i
         if i == first or farther(y, k, table, best):
             continue
-        value, t = nearest_slice(ends_of(y, k, table), best)
+        value, t = nearest_slice(ends_of(y, k, table), 1.0 if k < first else 0.0, best)
         if value < best:
             best, segment, at = value, k, t
     return segment, at
