@@ -26,7 +26,7 @@ from skillfold.keyframes.kernels.shortcuts import shorten
 
 BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
 SHORTCUTS = 20  # tried on each path
-TREES, SHARE = 12, 0.1  # trees that are begun anew where time is left, and the share of it that they may take
+TREES, SHARE = 6, 0.1  # trees that are begun anew where time is left, and the share of it that they may take
 LOCAL = 48  # targets of a batch that shortens the best way
 BESIDE, AIMED = 0.5, 0.25  # shares of them beside it in joint space, and toward another end from somewhere on it
 SPREADS = (0.03, 0.1, 0.3)  # radians: how far beside
