@@ -42,7 +42,8 @@ def test_a_plan_is_judged_good_and_one_through_the_can_is_not(learnt, answer, wo
     seen = keyframe_runs.judged(answer, world).verdict
     assert seen is not None and seen.outside == seen.touching == seen.beyond == 0 and seen.excess <= 0.0
     ends = np.asarray(answer.plan.path.states)[[0, -1]]
-    middle = ends.mean(axis=0) + [0.0, 0.0, 0.35, 0.0, 0.0, 0.0]
+    middle = ends.mean(axis=0)
+    middle[2] += 0.35
     wrong = judging.judge(learnt.task.robot, world, learnt.envelope, np.array([ends[0], middle, ends[1]]))
     assert wrong.outside > 0 and wrong.excess > 0.0
 
@@ -164,7 +165,7 @@ def test_the_group_measures_all_that_it_promises(monkeypatch):
     monkeypatch.setattr(keyframe_peers, "SECONDS", 0.1)
     one = {name: 1 for name in Counts.__dataclass_fields__ if name != "late"}
     rows = measure(SETTINGS, Counts(**one, late=0.2))
-    assert len({row.name for row in rows}) == len(rows) == 20
+    assert len({row.name for row in rows}) == len(rows) == 22
     assert all(row.measured is None or np.isfinite(row.measured) for row in rows)
     assert "keyframes" in GROUPS
     by_name = {row.name: row for row in rows}

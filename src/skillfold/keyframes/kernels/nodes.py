@@ -20,6 +20,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 WIDEST, FACTOR = 0.8, 1.5  # radians: radius of Near at most, and its γ
+TIE = 1e-9  # radians: costs that differ by less are the same
 TRIES = 4  # edges looked at for a better parent
 
 
@@ -114,7 +115,7 @@ def choose_parent(problem: Problem, tree: Tree, node: int, near: int, square: fl
     refused = -1.0
     for _ in range(TRIES):
         # The cheapest that was not refused yet; costs that are alike are refused together.
-        found, least = -1, cost
+        found, least = -1, cost - TIE
         for i in range(node):
             if tree.squares[i] < square:
                 through = tree.costs[i] + math.sqrt(tree.squares[i])
@@ -137,7 +138,7 @@ def rewire(problem: Problem, tree: Tree, node: int, square: float, work: Work) -
         if not tree.squares[i] < square or i == tree.parents[node]:
             continue
         saving = tree.costs[i] - tree.costs[node] - math.sqrt(tree.squares[i])
-        if saving > 1e-9 and seems_to_hold(problem, tree.q[node], tree.q[i], work):
+        if saving > TIE and seems_to_hold(problem, tree.q[node], tree.q[i], work):
             unhang(tree.parents, tree.children, tree.siblings, i)
             hang(tree.parents, tree.children, tree.siblings, i, node)
             tree.proven[i] = 0
