@@ -44,7 +44,9 @@ def test_a_path_from_a_start_that_is_found(folder, tmp_path, capsys):
 
 def test_a_path_from_a_start_that_is_given(folder, capsys):
     q = tasks()[1].start(1, lambda pose: KeyframeSkill.load(folder / "skill.npz").gaussians[0].contains(pose))
-    code, text, err = plan(folder, capsys, "--robot", "jaco", f"--start={','.join(map(repr, q.tolist()))}", "--time", 5)
+    code, text, err = plan(
+        folder, capsys, "--robot", "jaco", f"--start={','.join(map(repr, q.tolist()))}", "--time", 5
+    )
     assert code == 0, err
     assert "found by inverse kinematics" not in err and "success" in text
 
@@ -87,7 +89,11 @@ def test_what_makes_no_sense_is_told_in_one_sentence(folder, capsys, options, sa
 
 @pytest.mark.parametrize(
     ("options", "said"),
-    [(("--start", "0,0"), "--goal"), ((), "--start"), (("--start", "0,0", "--goal", "1,1", "--alpha", "85"), "--alpha")],
+    [
+        (("--start", "0,0"), "--goal"),
+        ((), "--start"),
+        (("--start", "0,0", "--goal", "1,1", "--alpha", "85"), "--alpha"),
+    ],
 )
 def test_manifolds_need_both_ends_and_know_no_alpha(tmp_path, capsys, options, said):
     wave = np.linspace(0.0, 3.0, 40)

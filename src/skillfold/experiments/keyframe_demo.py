@@ -1,4 +1,4 @@
-"""`skillfold demo keyframes`: both tasks of section III, learnt from seven demonstrations, planned at α 100 and 85."""
+"""`skillfold demo keyframes`: both tasks of section III from seven demonstrations, planned at α 100 and 85."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -166,7 +166,7 @@ def _directions(count: int, rng: np.random.Generator) -> Array:
 def _root(between: tuple[float, float], rng: np.random.Generator) -> Array:
     """Square root (3, 3) of a covariance with random axes."""
     axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
-    return axes * np.exp(rng.uniform(*np.log(between), 3))
+    return axes * np.exp(rng.uniform(np.log(between[0]), np.log(between[1]), 3))
 
 
 def matrix(turned: Array) -> Array:

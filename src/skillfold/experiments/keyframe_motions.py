@@ -99,7 +99,7 @@ def off_axis(places: Array, axis: Array, direction: Array) -> tuple[float, float
     length = np.linalg.norm(axis)
     axis = axis / length
     beyond = places @ axis > THIRD * length
-    steps = np.diff(places[: int(beyond.argmax()) + 1 if beyond.any() else len(places)], axis=0)
+    steps = np.diff(places[: int(beyond.argmax()) if beyond.any() else len(places)], axis=0)
     across = steps - np.outer(steps @ axis, axis)
     along = direction - (direction @ axis) * axis
     along = along / np.linalg.norm(along)

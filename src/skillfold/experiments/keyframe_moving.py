@@ -21,8 +21,8 @@ from skillfold.robots.shapes import Box, Motion
 from skillfold.robots.world import World
 
 NAME = "moving box"
-SIZE = (0.07, 0.07, 0.10)  # metres
-GUARD = 0.02  # metres that it is taken to be larger, to each side
+SIZE = (0.06, 0.06, 0.08)  # metres
+GUARD = 0.01  # metres that it is taken to be larger, to each side
 DISTANCE, SPEED = 0.35, 0.25  # metres that it comes from, metres a second
 WHERE = (0.45, 0.65)  # share of the path at which it comes to rest
 ARRIVES = 0.3  # share of the path that the arm has driven by then
@@ -30,8 +30,7 @@ JOINT_SPEED = 0.5  # rad a second
 TICK, FINE = 0.02, 0.005  # seconds between looks, and between the states that are judged
 LONGEST = 20.0  # seconds of an episode
 AWAY = np.array([5.0, 5.0, 5.0])
-AWAY = np.array([5.0, 5.0, 5.0])
-TRIES = 50  # of a box that neither touches the arm as it comes nor stands where the path must end
+TRIES, BOXES = 20, 20  # of plans, and on each of boxes that come into the way but not into the arm
 
 
 @dataclass
@@ -75,33 +74,36 @@ def rows(skills: Sequence[Learnt], episodes: int, settings: Settings) -> list[Ro
 
 def episode(learnt: Learnt, rng: np.random.Generator) -> Episode:
     """Plan, drive, look, plan anew."""
-    start = learnt.start(int(rng.integers(2**31)))
-    seed = int(rng.integers(2**31))
-    plan = ask(learnt, start, 100.0, seed).plan
-    if not plan.success:
-        return Episode()
-    box = coming(learnt, plan, rng)
+    for _ in range(TRIES):
+        start, seed = learnt.start(int(rng.integers(2**31))), int(rng.integers(2**31))
+        plan = ask(learnt, start, 100.0, seed).plan
+        box = coming(learnt, plan, rng) if plan.success else None
+        if box is not None:
+            return drive(learnt, plan, box, seed)
+    raise RuntimeError(f"{learnt.task.name}: no box gets in the way of {TRIES} plans.")
+
+
+def drive(learnt: Learnt, plan: Plan, box: Box, seed: int) -> Episode:
+    """Along a plan, and along others as the box moves."""
     world = World(learnt.task.robot, [*learnt.task.scene, box])
     guarded = Box(box.pose, np.array(SIZE) + 2 * GUARD, name=NAME)
     obstacles = learnt.task.robot.obstacles([*learnt.task.scene, guarded], movable=[NAME])
     return _Drive(learnt, plan, box, world, obstacles, seed).run()
 
 
-def coming(learnt: Learnt, plan: Plan, rng: np.random.Generator) -> Box:
+def coming(learnt: Learnt, plan: Plan, rng: np.random.Generator) -> Box | None:
     """A box that comes to rest on a path, from the side or from above, when the arm has driven some of it."""
     robot, states = learnt.task.robot, np.asarray(plan.path.states)
     arrives = ARRIVES * plan.path.length / JOINT_SPEED
     times = arrives + np.array([-DISTANCE / SPEED, 0.0])
-    arrives = ARRIVES * plan.path.length / JOINT_SPEED
-    times = arrives + np.array([-DISTANCE / SPEED, 0.0])
-    for _ in range(TRIES):
+    for _ in range(BOXES):
         place = robot.forward(at(states, rng.uniform(*WHERE) * plan.path.length))[:3]
         angle, rise = rng.uniform(0.0, 2 * np.pi), rng.uniform(0.0, 0.5)
         away = np.array([np.cos(angle), np.sin(angle), rise]) / np.hypot(1.0, rise)
         box = Box(place, SIZE, name=NAME, motion=Motion(times, [place + DISTANCE * away, place]))
         if _fair(robot.obstacles([box], self_collision=False), states, arrives):
             return box
-    return Box(AWAY, SIZE, name=NAME, motion=Motion(times, [AWAY, AWAY]))
+    return None
 
 
 def at(states: Array, length: float) -> Array:
@@ -111,11 +113,11 @@ def at(states: Array, length: float) -> Array:
 
 
 def _fair(obstacles: Obstacles, states: Array, arrives: float) -> bool:
-    """Whether the box stays clear of an arm that drives on until the box rests, and of both ends of the path."""
+    """Whether the box blocks the path, but neither an arm that drives on until the box rests, nor the path's ends."""
     times = np.linspace(0.0, arrives, 30)
     way = [obstacles.at(float(t)).clearance(at(states, JOINT_SPEED * t)) for t in times]
-    ends = obstacles.at(arrives).clearance(states[[0, -1]])
-    return bool(min(*way, *ends) > 2 * GUARD)
+    rest = obstacles.at(arrives).clearance(states)
+    return bool(min(*way, rest[0], rest[-1]) > 3 * GUARD and rest.min() < 0.0)
 
 
 class _Drive:

@@ -75,8 +75,9 @@ class Narrow:
     free: float
 
 
-def middle_of(task: Task, envelope: Any, rng: np.random.Generator, count: int = POSES) -> Slice:
-    """The middle of an envelope, and every posture that reaches poses drawn from it."""
+def middle_of(task: Task, envelope: Any, rng: np.random.Generator, count: int | None = None) -> Slice:
+    """The middle of an envelope, and every posture that reaches some poses drawn from it, `POSES` if not told."""
+    count = count or POSES
     position, rotation = envelope.covariances_at(0.5)
     y = np.tile(envelope.means_at(0.5), (count, 1))
     away = envelope.ends[1, :3] - envelope.ends[0, :3]

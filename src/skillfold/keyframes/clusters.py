@@ -157,12 +157,13 @@ def _by_means(table: _Table, k: int, seed: int) -> list[Indices]:
     # Of rotations by an angle θ the matrices lie about √2 θ apart.
     poses = np.hstack([np.concatenate(table.positions), LENGTH / np.sqrt(2) * turns])
     place = np.concatenate([(np.arange(m) + 0.5) / m for m in table.counts])
+    settings: Any = {"n_init": 3, "random_state": seed}
     starts = []
     for weight in ORDERS:
         rows = np.column_stack([poses, weight * place])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # fewer keyframes that differ than means: no harm
-            found = KMeans(k, n_init=3, random_state=seed).fit_predict(rows)
+            found = KMeans(k, **settings).fit_predict(rows)
         means = [place[found == c].mean() if (found == c).any() else 2.0 for c in range(k)]
         starts.append(_padded(table, np.argsort(np.argsort(means))[found]))
     return starts
@@ -170,7 +171,7 @@ def _by_means(table: _Table, k: int, seed: int) -> list[Indices]:
 
 def _padded(table: _Table, labels: Indices) -> Indices:
     made = np.full(table.sums.shape[:2], EXTRA)
-    made[np.arange(made.shape[1]) < np.array(table.counts)[:, None]] = labels
+    made[np.arange(table.sums.shape[1]) < np.array(table.counts)[:, None]] = labels
     return made
 
 

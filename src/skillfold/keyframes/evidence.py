@@ -6,10 +6,10 @@ a Student t density, that of all keyframes of a place a ratio of determinants, a
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
-from scipy.special import gammaln, multigammaln
+from scipy.special import gammaln
 
 from skillfold.keyframes.charts import LENGTH
 
@@ -17,13 +17,14 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 SUMS = 29  # of each keyframe: 1, its position, products of positions (9), products of quaternion components (16)
 FREEDOM = 5.0  # of the inverse Wishart prior
-SPREAD = 0.25  # prior standard deviation of a place, as a share of the spread of all keyframes
-LEAST = 5e-3  # [m], as rotations `LEAST` / `LENGTH`: all keyframes spread this much at least
-HITS, MISSES = 4.0, 1.0  # Beta prior of the share of demonstrations that show a keyframe
-EXTRAS = 0.1  # prior number of extra keyframes in a row, at any place of a sequence
+SPREAD = 0.18  # prior standard deviation of a place, as a share of the spread of all keyframes
+LEAST = np.array([[LENGTH], [1.0]])  # [m], [rad]: keyframes may lie anywhere in a box with sides of this at least
+HITS, MISSES = 6.0, 1.5  # Beta prior of the share of demonstrations that show a keyframe
+EXTRAS = 0.2  # prior number of extra keyframes in a row, at any place of a sequence
 
 
-class Places(NamedTuple):
+@dataclass(frozen=True)
+class Places:
     """What sums over keyframes tell of places (S, K).
 
     Attributes:
@@ -56,7 +57,7 @@ class Prior:
         """From the sums (29,) over all keyframes."""
         whole = _places(sums[None, None], np.zeros(2))
         variances = np.linalg.eigvalsh(whole.scatter[0, 0] / max(sums[0], 1.0))
-        sides = np.sqrt(12 * np.maximum(variances, np.array([[LEAST], [LEAST / LENGTH]]) ** 2))
+        sides = np.maximum(np.sqrt(12 * np.maximum(variances, 0.0)), LEAST)  # of the box that varies as they do
         volume = np.log(sides).sum(1)
         spread = SPREAD * np.exp(volume / 3) / np.sqrt(12)
         return cls(float(volume[0] + min(volume[1], np.log(8 * np.pi**2))), spread)
@@ -74,13 +75,15 @@ class Prior:
 
     def evidence(self, places: Places) -> Array:
         """Logarithm (S,) of the density of all keyframes of the places."""
-        count, freedom = places.count, FREEDOM + places.count - 1
+        count = np.maximum(places.count, 1)
+        freedom = FREEDOM + count - 1
         determinants = np.linalg.slogdet(places.scatter)[1].sum(-1)
         prior = 3 * np.log(FREEDOM * self.spread**2).sum()
-        values = 0.5 * FREEDOM * prior - 0.5 * freedom * determinants - 3 * np.log(np.maximum(count, 1))
-        values += 2 * (multigammaln(np.maximum(0.5 * freedom, 1.1), 3) - multigammaln(0.5 * FREEDOM, 3))
+        values = 0.5 * FREEDOM * prior - 0.5 * freedom * determinants - 3 * np.log(count)
+        halves = 0.5 * np.arange(3)  # of the multivariate gamma functions
+        values += 2 * (gammaln(0.5 * freedom[..., None] - halves) - gammaln(0.5 * FREEDOM - halves)).sum(-1)
         values -= 3 * (count - 1) * np.log(np.pi) + self.volume
-        return np.where(count > 0, values, 0.0).sum(-1)
+        return np.where(places.count > 0, values, 0.0).sum(-1)
 
     @property
     def extra(self) -> float:

@@ -65,10 +65,11 @@ def phase_of(
 
 def _chosen(envelopes: Sequence[SoftEnvelope], pose: Any, start_at: Any) -> Phase:
     whole = isinstance(start_at, int | np.integer) and not isinstance(start_at, bool)
-    if not whole or not 0 <= start_at < len(envelopes):
+    pair = int(start_at) if whole else -1
+    if not 0 <= pair < len(envelopes):
         raise InputError(f"start_at={start_at!r:.40}; expected a pair from 0 to {len(envelopes) - 1}.")
-    outside = float(envelopes[start_at].distance(pose))
-    return Phase(int(start_at), False, outside, _place(int(start_at), outside))
+    outside = float(envelopes[pair].distance(pose))
+    return Phase(pair, False, outside, _place(pair, outside))
 
 
 def _place(pair: int, outside: float) -> str:

@@ -12,7 +12,7 @@ from skillfold.keyframes.constrained import plan_constrained as plan_constrained
 from skillfold.keyframes.envelope import SoftEnvelope
 from skillfold.keyframes.legs import Search
 from skillfold.keyframes.pairs import Asked, Outcome, plan_pair
-from skillfold.keyframes.printed import search_printed
+from skillfold.keyframes.printed import prepare_printed, search_printed
 from skillfold.keyframes.rrtstar import prepare, search
 from skillfold.motion import Plan
 from skillfold.robots.robot import Robot
@@ -71,6 +71,8 @@ def plan_skill(
         InputError: says what was given and what was expected.
     """
     prepare()
+    if variant == "paper":
+        prepare_printed()
     begun = perf_counter()
     limit, alpha = read_limits(time_limit, stop, seed), read_alpha(alpha)
     if not isinstance(variant, str) or variant not in VARIANTS:

@@ -1,9 +1,11 @@
 """The printed algorithm around its kernels (see `kernels.printed`), with what both variants share."""
 
+from functools import cache
 from time import perf_counter
 
 import numpy as np
 
+from skillfold.jit import compile_for
 from skillfold.keyframes.kernels import printed as kernel
 from skillfold.keyframes.kernels import rrtstar
 from skillfold.keyframes.rrtstar import Array, Found, Grown, Question, Targets, facing_path, length_of, way_to
@@ -11,6 +13,13 @@ from skillfold.keyframes.rrtstar import Array, Found, Grown, Question, Targets, 
 BATCH = 8  # targets between two looks at the clock
 ROOM = 20_000  # nodes
 TURN = 2 * np.pi
+
+
+@cache
+def prepare_printed() -> None:
+    """Have the compiled loop ready, once."""
+    table, rows = np.empty(0, np.int64), np.empty((0, 0))
+    compile_for(kernel.grow_printed, table, table, rows, rows)
 
 
 def search_printed(

@@ -1,6 +1,5 @@
 """Keyframes as users hand them in, read and checked: arrays, recordings, files."""
 
-from collections.abc import Sequence
 from os import PathLike
 from typing import Any
 
@@ -47,10 +46,10 @@ def read_keyframes(
     return tuple(parts), labels
 
 
-def _listed(given: Any) -> Sequence[Any]:
+def _listed(given: Any) -> list[Any]:
     if isinstance(given, list | tuple) or (isinstance(given, np.ndarray) and given.ndim == 3):
         if len(given):
-            return given
+            return list(given)
         raise InputError("keyframes: no demonstrations; expected one at least.")
     raise InputError(
         f"keyframes: got {shortened(given)}; expected a list of arrays (m, 7), one for each demonstration, an array "

@@ -10,6 +10,7 @@ import numpy as np
 
 from skillfold.jit import compile_for
 from skillfold.keyframes.kernels import rrtstar as kernel
+from skillfold.keyframes.kernels.nodes import Tree
 from skillfold.keyframes.kernels.reaching import reach
 from skillfold.keyframes.kernels.shortcuts import shorten
 from skillfold.tables import Table, table_of
@@ -35,9 +36,7 @@ class Grown:
         parents, children, siblings, goals, proven = (np.empty(limit, np.int64) for _ in range(5))
         states, poses, count = np.empty((limit, dof)), np.empty((limit, 6)), np.zeros(1, np.int64)
         costs, weights, squares = (np.empty(limit) for _ in range(3))
-        self.nodes = kernel.Tree(
-            states, poses, costs, parents, children, siblings, goals, count, proven, weights, squares
-        )
+        self.nodes = Tree(states, poses, costs, parents, children, siblings, goals, count, proven, weights, squares)
         self.table = table_of(dict(enumerate(self.nodes)), len(self.nodes))
 
     @property

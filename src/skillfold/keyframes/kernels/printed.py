@@ -16,8 +16,8 @@ from skillfold.keyframes.charts import LENGTH
 from skillfold.keyframes.kernels.charts import to_flat, to_full
 from skillfold.keyframes.kernels.descent import along_axis, face, is_inside, solve_damped, tool_pose, twist
 from skillfold.keyframes.kernels.edges import edge_is_clear, facing, squared_gap
+from skillfold.keyframes.kernels.nodes import Tree, has_room, near_radius, nearest, put, tree_at, whitened
 from skillfold.keyframes.kernels.problem import Problem, Work, make_work, problem_at
-from skillfold.keyframes.kernels.rrtstar import Tree, has_room, near_radius, nearest, put, tree_at, whitened
 from skillfold.planning.tree import hang, unhang
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
