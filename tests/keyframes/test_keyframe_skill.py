@@ -142,6 +142,7 @@ HOSTILE = {
     "no number": ([[[np.nan] * 7]] * 2, "not finite"),
     "text": ([["left"]] * 2, "expected"),
     "no unit quaternions": ([np.ones((2, 7))] * 2, "length 2"),
+    "full recordings": ([np.tile(pose(0.0), (31, 1))] * 2, "extract=True"),
     "far away": ([[[1e9, 0, 0, 1, 0, 0, 0]]] * 2, "beyond"),
     "other coordinates": (Demonstrations([np.eye(3), np.eye(3)], names=["a", "b", "c"]), "expected x, y, z, qw"),
     "no such file": ("nowhere.csv", "no such file"),
