@@ -7,8 +7,8 @@ import numpy as np
 
 from skillfold.errors import InputError
 from skillfold.keyframes.asking import obstacles_of, read_start, start_trouble
+from skillfold.keyframes.grown import facing_path
 from skillfold.keyframes.planning import plan_skill
-from skillfold.keyframes.rrtstar import facing_path
 from skillfold.motion import Path, Plan
 from skillfold.robots.obstacles import Obstacles
 from skillfold.robots.robot import Robot
