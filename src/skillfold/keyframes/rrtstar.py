@@ -44,6 +44,10 @@ class Grown:
         """How many nodes there are, lost ones too."""
         return int(self.nodes.size[0])
 
+    def copied(self) -> tuple[Array, Indices]:
+        """Joint positions (n, D) of the nodes, and the parent (n,) of each."""
+        return self.nodes.q[: self.count].copy(), self.nodes.parents[: self.count].copy()
+
     def goals(self) -> Indices:
         """Nodes in the goal."""
         return np.flatnonzero(self.nodes.goals[: self.count])
@@ -103,6 +107,7 @@ class Found:
         iterations: targets used.
         first: seconds until the first way was there, NaN where there is none.
         costs: (seconds, cost) of each better way.
+        tree: joint positions (n, D) of the nodes, and the parent (n,) of each, -1 for the root.
     """
 
     path: Array
@@ -111,6 +116,7 @@ class Found:
     iterations: int = 0
     first: float = np.nan
     costs: list[tuple[float, float]] = field(default_factory=list)
+    tree: tuple[Array, Indices] | None = None
 
 
 @cache
@@ -148,7 +154,7 @@ def search(
         turn += 1
         if _use(question, tree, batch, found, rng, begun, first) and first:
             break
-    found.nodes = tree.count
+    found.nodes, found.tree = tree.count, tree.copied()
     return found
 
 
