@@ -286,6 +286,10 @@ ENVELOPE = SoftEnvelope.between(of_widths([0.1] * 3, [0.1] * 3), of_widths([0.1]
         (lambda: ENVELOPE.contains([[0, 0]]), "poses"),
         (lambda: ENVELOPE.project(np.full(7, np.nan)), "poses"),
         (lambda: ENVELOPE.sample("ten"), "count"),
+        (lambda: ENVELOPE.sample(3, seed=-1), "seed"),
+        (lambda: ENVELOPE.sample(3, seed=None), "seed"),
+        (lambda: ENVELOPE.slice(np.nan), "s"),
+        (lambda: ENVELOPE.slice([0, 1]), "s"),
     ],
 )
 def test_what_cannot_be_used_is_named(make, words):

@@ -20,8 +20,9 @@ _CALL = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64, ctypes.c_int64)
 def compiled_constraint(constraint: PoseConstraint) -> CompiledConstraint:
     """Any constraint for compiled loops: its own `compiled()` where it has that, else calls back into Python.
 
-    Those take some 20 µs each. What goes wrong in them is kept in `owner.error`, and the pose counts as infinitely
-    far outside: whoever runs the loop raises it afterwards (see `raise_error`).
+    Those take some 10 µs each, and what the constraint itself takes. What goes wrong in them is kept in
+    `owner.error`, and the pose counts as infinitely far outside: whoever runs the loop raises it afterwards (see
+    `raise_error`).
 
     Raises:
         InputError: it has neither `compiled` nor `distance` and `project`.

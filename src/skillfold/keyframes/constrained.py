@@ -88,6 +88,8 @@ def plan_constrained(
     limit = read_limits(time_limit, stop, seed)
     obstacles = obstacles_of(robot, scene)
     start = read_start(robot, q_start)
+    if isinstance(constraint, type):
+        raise InputError(f"constraint: the class {constraint.__name__}; expected an object of it.")
     constraint = constraint.region if isinstance(constraint, PoseGaussian) else constraint
     compiled = compiled_constraint(constraint)
     allowed, level = _levels(constraint, tolerance)

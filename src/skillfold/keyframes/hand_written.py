@@ -12,7 +12,7 @@ import numpy as np
 
 from skillfold.errors import InputError
 from skillfold.keyframes.compiled import plane_functions, region_functions, upright_functions
-from skillfold.keyframes.constraint import CompiledConstraint
+from skillfold.keyframes.constraint import CompiledConstraint, generator
 from skillfold.keyframes.kernels import hand_written as kernels
 from skillfold.robots.poses import HERE, compose, read_numbers, read_pose, turn
 from skillfold.tables import Table, table_of
@@ -145,11 +145,10 @@ class TaskSpaceRegion(_HandWritten):
 
     def sample(self, count: int, seed: int = 0) -> Array:
         """Poses (count, 7) inside, uniform in the six numbers."""
-        if not (isinstance(count, int | np.integer) and count >= 0):
-            raise InputError(f"count: {count!r:.40}; expected a whole number of poses, at least 0.")
+        rng = generator(count, seed)
         from scipy.spatial.transform import Rotation
 
-        numbers = np.random.default_rng(seed).uniform(self.lower, self.upper, size=(count, 6))
+        numbers = rng.uniform(self.lower, self.upper, size=(count, 6))
         # Not through Euler angles for an empty array, which SciPy refuses.
         turns = Rotation.from_euler("xyz", numbers[:, 3:]).as_quat(scalar_first=True) if count else np.empty((0, 4))
         return compose(self.frame, compose(np.concatenate([numbers[:, :3], turns], axis=1), self.offset))

@@ -9,7 +9,7 @@ import numpy as np
 from skillfold.errors import InputError
 from skillfold.keyframes import compiled
 from skillfold.keyframes.charts import LENGTH, PoseChart
-from skillfold.keyframes.constraint import CompiledConstraint
+from skillfold.keyframes.constraint import CompiledConstraint, generator
 from skillfold.keyframes.kernels import chains, envelope
 from skillfold.keyframes.stations import UNITS
 from skillfold.robots.poses import read_numbers, read_pose
@@ -65,9 +65,7 @@ class PoseRegion:
 
     def sample(self, count: int, seed: int = 0) -> Array:
         """Poses (count, 7) inside: uniform in s, and in the ellipsoids there (algorithm 5, lines 4 to 16)."""
-        if not (isinstance(count, int | np.integer) and count >= 0):
-            raise InputError(f"count: {count!r:.40}; expected a whole number of poses, at least 0.")
-        rng = np.random.default_rng(seed)
+        rng = generator(count, seed)
         s = rng.uniform(size=count)
         steps = rng.normal(size=(count, 2, 3))
         lengths = np.linalg.norm(steps, axis=-1, keepdims=True)
@@ -89,8 +87,10 @@ class PoseRegion:
 
     def slice(self, s: float) -> "PoseRegion":
         """The poses inside at one place s alone: 1 is where an envelope ends."""
-        s = min(max(float(s), 0.0), 1.0)
-        mean, covariances = self.means_at(s), self.covariances_at(s)
+        place = np.clip(read_numbers(s, "s", "one place from 0 to 1"), 0.0, 1.0)
+        if place.shape != ():
+            raise InputError(f"s: shape {place.shape}; expected one place from 0 to 1.")
+        mean, covariances = self.means_at(place), self.covariances_at(place)
         return PoseRegion(self.chart, np.array([mean, mean]), np.array([covariances, covariances]))
 
     def means_at(self, s: Any) -> Array:

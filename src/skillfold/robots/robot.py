@@ -268,10 +268,7 @@ class Robot:
         return self._spec.copy()
 
     def compiled_tool(self, frame: str | None = None) -> kinematics.Tool:
-        """A frame for loops that stay compiled; None is the tool.
-
-        It belongs to the thread that asks: never use it in two threads at once, and keep the robot as long.
-        """
+        """A frame, None is the tool, for compiled loops of the thread that asks; keep the robot as long."""
         return kinematics.Tool(self._machine(), *self._frame(frame))
 
     @cached_property
