@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from skillfold.demonstrations import Demonstration as Demonstration
     from skillfold.demonstrations import Demonstrations as Demonstrations
     from skillfold.errors import SkillfoldError as SkillfoldError
+    from skillfold.keyframes.constrained import plan_constrained as plan_constrained
     from skillfold.keyframes.envelope import SoftEnvelope as SoftEnvelope
     from skillfold.keyframes.gaussians import PoseGaussian as PoseGaussian
     from skillfold.keyframes.hand_written import AxisUpright as AxisUpright
@@ -70,6 +71,7 @@ _HOME = {
     "TaskSpaceRegion": "skillfold.keyframes.hand_written",
     "Trajectory": "skillfold.motion",
     "Tray": "skillfold.robots.tray",
+    "plan_constrained": "skillfold.keyframes.constrained",
     "simulate": "skillfold.control.simulate",
 }
 

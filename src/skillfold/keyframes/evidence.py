@@ -17,10 +17,10 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 SUMS = 29  # of each keyframe: 1, its position, products of positions (9), products of quaternion components (16)
 FREEDOM = 5.0  # of the inverse Wishart prior
-SPREAD = 0.25  # prior standard deviation of a place, as a share of the spread of all keyframes
+SPREAD = 0.18  # prior standard deviation of a place, as a share of the spread of all keyframes
 LEAST = np.array([[LENGTH], [1.0]])  # [m], [rad]: keyframes may lie anywhere in a box with sides of this at least
-HITS, MISSES = 4.0, 1.0  # Beta prior of the share of demonstrations that show a keyframe
-EXTRAS = 0.1  # prior number of extra keyframes in a row, at any place of a sequence
+HITS, MISSES = 6.0, 1.5  # Beta prior of the share of demonstrations that show a keyframe
+EXTRAS = 0.2  # prior number of extra keyframes in a row, at any place of a sequence
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """`KeyframeSkill`: what `fit` learns from a few keyframes, and every question a user may ask of it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -121,21 +122,28 @@ class KeyframeSkill:
         """How many keyframes belong to no Gaussian."""
         return sum(int((labels < 0).sum()) for labels in self.labels)
 
+    @cached_property
+    def envelopes(self) -> tuple[SoftEnvelope, ...]:
+        """The soft-envelopes between consecutive Gaussians, not reduced (section II-B.2).
+
+        Raises:
+            InputError: rotations half a turn apart.
+        """
+        return tuple(SoftEnvelope.between(a, b, self.interpolation) for a, b in pairwise(self.gaussians))
+
     def envelope(self, i: int, alpha: float = 100.0) -> SoftEnvelope:
-        """The soft-envelope from Gaussian i to i + 1, reduced to `alpha` percent (sections II-B.2 and II-B.3).
+        """The soft-envelope from Gaussian i to i + 1, reduced to `alpha` percent (section II-B.3).
 
         Raises:
             InputError: no such pair, or its rotations are half a turn apart.
         """
         if isinstance(i, bool) or not isinstance(i, int | np.integer) or not 0 <= i < len(self.gaussians) - 1:
             raise InputError(f"envelope {shortened(i)}: there are {len(self.gaussians) - 1}, counted from 0.")
-        full = SoftEnvelope.between(self.gaussians[i], self.gaussians[i + 1], self.interpolation)
-        return full.reduced(alpha)
+        return self.envelopes[i].reduced(alpha)
 
     def phase(self, pose: Any, start_at: int | None = None) -> Phase:
         """Which pair of Gaussians a motion from a pose (7,) of the tool begins with; see `phase_of`."""
-        envelopes = [self.envelope(i) for i in range(len(self.gaussians) - 1)]
-        return phase_of(self.gaussians, envelopes, pose, start_at)
+        return phase_of(self.gaussians, self.envelopes, pose, start_at)
 
     def assign(self, keyframes: Any) -> Indices:
         """The Gaussian of each keyframe (m,) of a further demonstration (m, 7), in order; −1 for none."""
@@ -152,15 +160,38 @@ class KeyframeSkill:
         stop: str = "first",
         seed: int = 0,
         variant: str = "mended",
-        **options: Any,
+        *,
+        start_at: int | None = None,
+        until: int | None = None,
     ) -> "Plan":
-        """A path of the robot's joints through the envelopes; see `skillfold.keyframes.planning.plan_skill`."""
+        """A path of the robot's joints through the envelopes, clear of obstacles (section II-C).
+
+        Args:
+            robot: whose tool moves; what it holds counts.
+            q_start: joint positions (dof,); None is the robot's home.
+            scene: a `Scene`, a list of shapes, or `robot.obstacles(...)` made before.
+            alpha: percent of the variance that a reduced envelope keeps; 100 is the full envelope.
+            time_limit: seconds.
+            stop: "first" ends with the first path; "time" makes it shorter until the time is up.
+            seed: same seed, same path, unless time runs out or `stop` is "time".
+            variant: "mended", or "paper" for algorithms 3 to 5 as printed.
+            start_at: the pair to start with; None tells it from the start's pose.
+            until: the Gaussian to end at; None is the last.
+
+        Raises:
+            InputError: says what was given and what was expected. What cannot be planned is no error but a plan
+                without success; see `skillfold.keyframes.planning.plan_skill`.
+        """
         from skillfold.keyframes.planning import plan_skill
 
-        return plan_skill(self, robot, q_start, scene, alpha, time_limit, stop, seed, variant, **options)
+        asked = (q_start, scene, alpha, time_limit, stop, seed, variant)
+        return plan_skill(self, robot, *asked, start_at=start_at, until=until)
 
     def replan(self, plan: "Plan", robot: "Robot", scene: Any, q: Any = None, **options: Any) -> "Plan":
-        """The plan anew after obstacles moved; see `skillfold.keyframes.replanning.replan_skill`."""
+        """The plan from joint positions q on, after obstacles moved: what is left of it if clear, else afresh.
+
+        Arguments and `stats` as of `skillfold.keyframes.replanning.replan_skill`; `options` are those of `plan`.
+        """
         from skillfold.keyframes.replanning import replan_skill
 
         return replan_skill(self, plan, robot, scene, q, **options)

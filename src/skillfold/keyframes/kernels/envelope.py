@@ -190,13 +190,11 @@ def in_chart(turn: Numbers, mean: Numbers) -> Numbers:
 
 
 @inner
-def drawn_in(y: Array, table: Indices, out: Array) -> Numbers:
-    """The nearest inside to scaled coordinates (6,), to `out`; returns d² before, and how far [m] it is."""
-    square, s = chains.membership_of(y, table)
-    for c in range(6):
-        out[c] = y[c]
-    if square <= 1.0:
-        return square, 0.0
+def drawn_in(y: Array, s: float, table: Indices, near: Array, out: Array) -> float:
+    """The pose (7,) inside that is nearest to scaled coordinates (6,) outside, to `out`; and how far [m] it is.
+
+    `s` is where to look first, `near` (6,) scratch. What rounding on the way to a pose puts outside goes farther in.
+    """
     k, t = nearest_segment(y, s, table)
     b = ends_of(y, k, table)
     mean = (y[3] - b[7][0] + t * b[6][0], y[4] - b[7][1] + t * b[6][1], y[5] - b[7][2] + t * b[6][2])
@@ -206,13 +204,14 @@ def drawn_in(y: Array, table: Indices, out: Array) -> Numbers:
         turn = in_chart((y[3] + r[0], y[4] + r[1], y[5] + r[2]), mean)
         moved = 0.0
         for c in range(3):
-            out[c] = y[c] + p[c]
-            out[c + 3] = turn[c]
+            near[c], near[c + 3] = y[c] + p[c], turn[c] / LENGTH
             moved += p[c] * p[c] + (turn[c] - y[c + 3]) * (turn[c] - y[c + 3])
-        if chains.membership_of(out, table)[0] <= 1.0:
+        to_full(near, vector(table, chains.MIDDLE), out)
+        chains.scaled(out, table, near)
+        if chains.membership_of(near, table)[0] <= 1.0:
             break
         slack *= 4.0
-    return square, math.sqrt(moved)
+    return math.sqrt(moved)
 
 
 @inner
@@ -228,14 +227,13 @@ def projected(pose: Array, out: Array, table: Indices) -> Numbers:
     """√d² - 1 of a pose (7,), and how far [m] the nearest pose inside is, which goes to `out` (7,)."""
     y, near = np.empty(6), np.empty(6)
     chains.scaled(pose, table, y)
-    square, moved = drawn_in(y, table, near)
+    square, s = chains.membership_of(y, table)
+    moved = 0.0
     if square <= 1.0:
         for c in range(7):
             out[c] = pose[c]
     else:
-        for c in range(3, 6):
-            near[c] /= LENGTH
-        to_full(near, vector(table, chains.MIDDLE), out)
+        moved = drawn_in(y, s, table, near, out)
     return math.sqrt(square) - 1.0, moved
 
 
