@@ -1,9 +1,12 @@
 """`KeyframeSkill`: what it is learnt from, what it tells, and what it refuses."""
 
+import warnings
 from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import skillfold as sf
 from keyframes.skills import demonstrations, pose, row
@@ -46,8 +49,8 @@ def test_every_form_of_the_same_keyframes(tmp_path):
     recordings = Demonstrations(demos, names=POSE)
     recordings.save(tmp_path / "keyframes.csv")
     more = Demonstrations([np.column_stack([np.arange(3), d]) for d in demos], names=["step", *POSE])
-    for given in (np.array(demos), tuple(demos), recordings, more, tmp_path / "keyframes.csv"):
-        found = sf.KeyframeSkill.fit(given)
+    for form in (np.array(demos), tuple(demos), recordings, more, tmp_path / "keyframes.csv"):
+        found = sf.KeyframeSkill.fit(form)
         np.testing.assert_allclose([g.mean for g in found.gaussians], wanted, atol=1e-12)
 
 
@@ -142,6 +145,7 @@ HOSTILE = {
     "no number": ([[[np.nan] * 7]] * 2, "not finite"),
     "text": ([["left"]] * 2, "expected"),
     "no unit quaternions": ([np.ones((2, 7))] * 2, "length 2"),
+    "full recordings": ([np.tile(pose(0.0), (31, 1))] * 2, "extract=True"),
     "far away": ([[[1e9, 0, 0, 1, 0, 0, 0]]] * 2, "beyond"),
     "other coordinates": (Demonstrations([np.eye(3), np.eye(3)], names=["a", "b", "c"]), "expected x, y, z, qw"),
     "no such file": ("nowhere.csv", "no such file"),
@@ -152,6 +156,23 @@ HOSTILE = {
 def test_keyframes_that_cannot_be_used(given, said):
     with pytest.raises(InputError, match=said):
         sf.KeyframeSkill.fit(given)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.lists(st.integers(1, 4), min_size=2, max_size=4), st.floats(-9, 5))
+def test_any_keyframes_give_a_skill(seed, counts, size):
+    """However few, near or far: Gaussians that hold their own keyframes, or a word on why not."""
+    rng = np.random.default_rng(seed)
+    demos = [np.hstack([10**size * rng.normal(size=(m, 3)), rng.normal(size=(m, 4))]) for m in counts]
+    demos = [np.hstack([d[:, :3], d[:, 3:] / np.linalg.norm(d[:, 3:], axis=1, keepdims=True)]) for d in demos]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        found = sf.KeyframeSkill.fit(demos)
+    assert found.n_keyframes >= 1 and all(g.count >= 1 for g in found.gaussians)
+    assert all(np.isfinite(score) for _, score in found.selection)
+    for demo, labels in zip(found.keyframes, found.labels, strict=True):
+        places = labels[labels >= 0]
+        assert (np.diff(places) > 0).all() and len(labels) == len(demo)
 
 
 OPTIONS = {

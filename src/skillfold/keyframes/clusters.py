@@ -3,7 +3,9 @@
 A place is a Gaussian over poses that each demonstration visits once or leaves out, in the same order; a keyframe that
 belongs to no place is an extra one, anywhere. One demonstration after the other is laid along the places that the
 others tell, as well as can be (E), and the places follow (M), until nothing changes: each step can only raise the
-evidence, with means and covariances integrated out (see `evidence`). Many starts run at once.
+evidence, with means and covariances integrated out (see `evidence`). Many starts run at once: k-means on pose and
+order, single demonstrations, the best places of one number with one more or one less. The number of places is that of
+the highest evidence, which BIC approximates where there are many keyframes; here there are seven of each place.
 """
 
 import warnings

@@ -27,12 +27,12 @@ def estimate(poses: Any, coverage: float = COVERAGE) -> PoseGaussian:
     disc from a ball, and none falls below 1 mm or 0.005 rad. The gates are such that a further keyframe of the same
     place is inside each block with probability `coverage`: quantiles of the squared distance of a new draw from a
     Gaussian so estimated, drawn over balls, discs and needles (1 : 0.1). The χ² gate, which takes the covariance as
-    known, holds 70 % at n = 7 where 97.5 % are asked for; these hold 97–98 % from three keyframes on, at 1.65 times
-    the linear size of the true region for n = 7 (Hotelling's gate on the raw covariance: 1.9), 2.7 for 4, 3.8 for 3.
-    One or two keyframes get the gates of three, and less coverage.
+    known, holds 70 % at n = 7 where 97.5 % are asked for; these hold 96.5–98.5 % from three keyframes on, at 1.65
+    times the linear size of the true region for n = 7 (Hotelling's gate on the raw covariance: 1.9), 2.7 for 4, 3.8
+    for 3. One or two keyframes get the gates of three, and less coverage.
 
     Raises:
-        InputError: no poses, or a coverage outside (0, 1).
+        InputError: no poses, or a coverage outside 0.5 to 0.999.
     """
     from scipy.spatial.transform import Rotation
 

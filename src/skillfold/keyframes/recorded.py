@@ -14,6 +14,7 @@ from skillfold.robots.poses import read_pose
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
+MANY = 30  # keyframes of a demonstration: more are a recording, and would take minutes to lay along each other
 FARTHEST = 1e6  # metres; products of larger positions would drown what they differ by
 
 
@@ -41,7 +42,12 @@ def read_keyframes(
         parts = [_of_array(one, f"demonstration {i}") for i, one in enumerate(_listed(given))]
         parts = [part[extract(part)] for part in parts] if extracted else parts
         labels = tuple(str(i) for i in range(len(parts)))
-    for part in parts:
+    for part, label in zip(parts, labels, strict=True):
+        if len(part) > MANY:
+            raise InputError(
+                f"demonstration '{label}': {len(part)} keyframes; expected {MANY} at most. Of a full recording, "
+                "extract=True or gripper='<column>' takes keyframes."
+            )
         part.flags.writeable = False
     return tuple(parts), labels
 
