@@ -99,7 +99,7 @@ def ask(learnt: Learnt, start: Array, alpha: float, seed: int, scene: Any = None
 
 def judged(answer: Answer, world: World) -> Answer:
     """The same with what is true of it: in the whole envelope until it enters the reduced one, in that afterwards."""
-    if not answer.plan.success:
+    if len(answer.plan.path) < 2:
         return answer
     learnt, states = answer.learnt, np.asarray(answer.plan.path.states)
     wide = learnt.envelope.widened(answer.plan.stats["gate_factor"])

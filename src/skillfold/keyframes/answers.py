@@ -31,6 +31,7 @@ def told(
         "pairs": _pairs(outcomes, pair),
         "entered": last.entered,
         "check": checks[-1] if checks else None,
+        "tree": None if last.found is None else last.found.tree,
         "seconds": perf_counter() - begun,
     }
     reason = _story(outcomes, pair, route)

@@ -38,6 +38,13 @@ class Grown:
         """How many nodes there are, lost ones too."""
         return int(self.nodes.size[0])
 
+    def copied(self) -> tuple[Array, Indices]:
+        """Joint positions (n, D) of the nodes that are not lost, and the parent (n,) of each; -1 is the root's."""
+        kept = np.flatnonzero(np.isfinite(self.nodes.costs[: self.count]))
+        parents = np.searchsorted(kept, self.nodes.parents[kept])
+        parents[0] = -1
+        return self.nodes.q[kept], parents
+
     def goals(self) -> Indices:
         """Nodes in the goal."""
         return np.flatnonzero(self.nodes.goals[: self.count])
@@ -102,6 +109,7 @@ class Found:
         iterations: targets used.
         first: seconds until the first way was there, NaN where there is none.
         costs: (seconds, cost) of each better way.
+        tree: joint positions (n, D) of the last tree's nodes, and the parent (n,) of each.
     """
 
     path: Array
@@ -110,6 +118,7 @@ class Found:
     iterations: int = 0
     first: float = np.nan
     costs: list[tuple[float, float]] = field(default_factory=list)
+    tree: tuple[Array, Indices] | None = None
 
     def take(self, other: "Found") -> None:
         """What another search found, where it is better."""

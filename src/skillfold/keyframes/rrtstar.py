@@ -71,6 +71,7 @@ def search(
             break
     if not first and len(found.path):
         growth.improve(found, deadline)
+    found.tree = growth.tree.copied()
     return found
 
 

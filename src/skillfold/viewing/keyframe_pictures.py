@@ -141,7 +141,7 @@ def _marks(chapter: Chapter) -> list[Any]:
 
 def tree_edges(chapter: Chapter) -> list[Array]:
     """Tool positions (n, 3) along each edge of the tree of the first plan, none where it was not kept."""
-    tree = next((a.plan.stats["tree"] for a in chapter.answers[100.0] if "tree" in a.plan.stats), None)
+    tree = next((t for a in chapter.answers[100.0] if (t := a.plan.stats.get("tree")) is not None), None)
     if tree is None:
         return []
     states, parents = tree
