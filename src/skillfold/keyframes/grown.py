@@ -74,8 +74,8 @@ class Targets:
     Attributes:
         inside, goal: (count, seed) → chart coordinates (count, 6) inside, and in the goal.
         states: (count, seed) → random joint positions (count, D) within limits.
-        aim: joint positions (n, D) → chart coordinates (n, 6) of what is nearest to their poses in the goal; None where
-            that is no region.
+        aim: joint positions (n, D) → chart coordinates (n, 6) of what is nearest to their poses in the goal; None
+            where that is no region.
         end: (D,) joint positions that are the goal, where it is no region.
     """
 
