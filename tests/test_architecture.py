@@ -44,7 +44,7 @@ HOMES = {
     "viser": ("viewing/",),
     "mujoco": ("robots/", "control/simulate.py"),
     "tyro": ("cli/", "cli.py"),
-    "ompl": ("experiments/ompl_peer.py",),
+    "ompl": ("experiments/ompl_peer.py", "experiments/keyframe_ompl.py"),
     "numba": ("jit.py", "tables.py", "robots/mujoco_calls.py"),
 }
 LINES = 300

@@ -15,6 +15,13 @@ if TYPE_CHECKING:
     from skillfold.demonstrations import Demonstration as Demonstration
     from skillfold.demonstrations import Demonstrations as Demonstrations
     from skillfold.errors import SkillfoldError as SkillfoldError
+    from skillfold.keyframes.constrained import plan_constrained as plan_constrained
+    from skillfold.keyframes.envelope import SoftEnvelope as SoftEnvelope
+    from skillfold.keyframes.gaussians import PoseGaussian as PoseGaussian
+    from skillfold.keyframes.hand_written import AxisUpright as AxisUpright
+    from skillfold.keyframes.hand_written import PlaneConstraint as PlaneConstraint
+    from skillfold.keyframes.hand_written import TaskSpaceRegion as TaskSpaceRegion
+    from skillfold.keyframes.skill import KeyframeSkill as KeyframeSkill
     from skillfold.manifold.skill import SkillManifold as SkillManifold
     from skillfold.motion import Path as Path
     from skillfold.motion import Plan as Plan
@@ -35,18 +42,22 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "AxisUpright": "skillfold.keyframes.hand_written",
     "Box": "skillfold.robots.shapes",
     "Capsule": "skillfold.robots.shapes",
     "Cylinder": "skillfold.robots.shapes",
     "Demonstration": "skillfold.demonstrations",
     "Demonstrations": "skillfold.demonstrations",
     "Gains": "skillfold.control.settings",
+    "KeyframeSkill": "skillfold.keyframes.skill",
     "Mesh": "skillfold.robots.shapes",
     "Motion": "skillfold.robots.shapes",
     "Path": "skillfold.motion",
     "Plan": "skillfold.motion",
+    "PlaneConstraint": "skillfold.keyframes.hand_written",
     "PointCloud": "skillfold.robots.shapes",
     "PointObstacles": "skillfold.planning.point_obstacles",
+    "PoseGaussian": "skillfold.keyframes.gaussians",
     "Push": "skillfold.control.pushes",
     "ReactiveController": "skillfold.control.reactive",
     "Robot": "skillfold.robots.robot",
@@ -54,10 +65,13 @@ _HOME = {
     "Scene": "skillfold.robots.scene",
     "SkillManifold": "skillfold.manifold.skill",
     "SkillfoldError": "skillfold.errors",
+    "SoftEnvelope": "skillfold.keyframes.envelope",
     "Sphere": "skillfold.robots.shapes",
     "StateSpace": "skillfold.spaces",
+    "TaskSpaceRegion": "skillfold.keyframes.hand_written",
     "Trajectory": "skillfold.motion",
     "Tray": "skillfold.robots.tray",
+    "plan_constrained": "skillfold.keyframes.constrained",
     "simulate": "skillfold.control.simulate",
 }
 

@@ -54,6 +54,22 @@ def read(path: str | PathLike[str], kind: str) -> tuple[dict[str, Any], Arrays]:
     Raises:
         SkillFileError: the file is missing, damaged, of another kind, or not such an archive.
     """
+    header, arrays = _opened(path)
+    if header.get("kind") != kind:
+        raise SkillFileError(f"{path}: holds {header.get('kind')!r}, expected {kind!r}.")
+    return header, arrays
+
+
+def kind_of(path: str | PathLike[str]) -> str:
+    """header["kind"] of a file that `write` made.
+
+    Raises:
+        SkillFileError: the file is missing, damaged, or not such an archive.
+    """
+    return str(_opened(path)[0].get("kind"))
+
+
+def _opened(path: str | PathLike[str]) -> tuple[dict[str, Any], Arrays]:
     try:
         data = Path(path).read_bytes()
     except (OSError, TypeError, ValueError) as error:
@@ -64,10 +80,7 @@ def read(path: str | PathLike[str], kind: str) -> tuple[dict[str, Any], Arrays]:
         )
     with blaming(path, "not an archive of plain arrays"):
         arrays = _unpack(data)
-        header = _header(arrays.pop(HEADER, None))
-    if header.get("kind") != kind:
-        raise SkillFileError(f"{path}: holds {header.get('kind')!r}, expected {kind!r}.")
-    return header, arrays
+        return _header(arrays.pop(HEADER, None)), arrays
 
 
 @contextmanager

@@ -52,6 +52,11 @@ def _compiled(function: Callable[..., Any], **how: Any) -> Any:
     return _cached(lambda **options: numba.njit(**_OPTIONS, **how, **options)(function))
 
 
+def compile_for(function: Any, *values: Any) -> None:
+    """Compile a function of `njit` for arguments like these, or find it on disk: before a clock starts."""
+    function.compile(tuple(numba.typeof(value) for value in values))
+
+
 def function_at(returns: Any, *arguments: Any) -> Any:
     """A compiled function from the address of a `pointer` to what can be called, for values like those given.
 

@@ -35,3 +35,74 @@ def test_branch():
         way = out[:count]
         assert (way[0], way[-1]) == (node, 0)
         np.testing.assert_array_equal(parents[way[:-1]], way[1:])
+
+
+def random_tree(count, seed):
+    """Parents, children and siblings of nodes hung at random, and costs whose steps are known."""
+    rng = np.random.default_rng(seed)
+    parents, children, siblings = np.full((3, count), -1)
+    steps, costs = rng.random(count), np.zeros(count)
+    for node in range(1, count):
+        tree.hang(parents, children, siblings, node, int(rng.integers(node)))
+        costs[node] = costs[parents[node]] + steps[node]
+    return parents, children, siblings, costs, rng
+
+
+def children_of(children, siblings, node):
+    found, at = [], children[node]
+    while at >= 0:
+        found.append(int(at))
+        at = siblings[at]
+    return found
+
+
+def below(parents, top):
+    """By walking up from every node."""
+    found = set()
+    for node in range(len(parents)):
+        at = node
+        while at >= 0 and at != top:
+            at = parents[at]
+        if at == top:
+            found.add(node)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_hang_and_unhang(seed):
+    parents, children, siblings, _, rng = random_tree(40, seed)
+    for node in rng.permutation(np.arange(1, 40)):
+        tree.unhang(parents, children, siblings, int(node))
+        assert node not in children_of(children, siblings, parents[node])
+        # Anywhere but below itself.
+        new = rng.choice(sorted(set(range(40)) - below(parents, node)))
+        tree.hang(parents, children, siblings, int(node), int(new))
+        for other in range(40):
+            assert sorted(children_of(children, siblings, other)) == np.flatnonzero(parents == other).tolist()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_lower_costs(seed):
+    """Of all that hangs on a node, and of nothing else."""
+    parents, children, siblings, costs, rng = random_tree(50, seed)
+    for top in rng.integers(0, 50, 12):
+        before, lower = costs.copy(), sorted(below(parents, top))
+        tree.lower_costs(parents, children, siblings, costs, int(top), 0.125)
+        before[lower] -= 0.125
+        np.testing.assert_array_equal(costs, before)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_cut(seed):
+    parents, children, siblings, costs, rng = random_tree(50, seed)
+    for top in rng.permutation(np.arange(1, 50))[:10]:
+        if parents[top] < 0:
+            continue  # lost already
+        before, lost = parents.copy(), below(parents, top)
+        tree.cut(parents, children, siblings, costs, int(top))
+        assert (parents[sorted(lost)] == tree.LOST).all() and np.isinf(costs[sorted(lost)]).all()
+        kept = sorted(set(range(50)) - lost)
+        np.testing.assert_array_equal(parents[kept], before[kept])
+        for node in kept:
+            if parents[node] != tree.LOST:
+                assert sorted(children_of(children, siblings, node)) == np.flatnonzero(parents == node).tolist()

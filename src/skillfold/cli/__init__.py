@@ -1,4 +1,4 @@
-"""The command line: `skillfold fit | info | plan | project | simulate | demo | bench | reproduce`.
+"""The command line: `skillfold fit | fit-keyframes | info | plan | project | simulate | demo | bench | reproduce`.
 
 Every command is a frozen dataclass: its fields are the options, its `run` does the work and returns the exit
 code. 0: done; 1: a plan that cannot be made; 2: bad input, said in one line; 130: stopped by Ctrl-C. What a
@@ -14,6 +14,7 @@ import tyro
 
 from skillfold import __version__
 from skillfold.cli import console
+from skillfold.cli.keyframes import FitKeyframes
 from skillfold.cli.learning import Fit, Info
 from skillfold.cli.measuring import Bench, Demo
 from skillfold.cli.planning import Plan, Project
@@ -31,6 +32,7 @@ DESCRIPTION = (
 
 Command = (
     Annotated[Fit, tyro.conf.subcommand("fit")]
+    | Annotated[FitKeyframes, tyro.conf.subcommand("fit-keyframes")]
     | Annotated[Info, tyro.conf.subcommand("info")]
     | Annotated[Plan, tyro.conf.subcommand("plan")]
     | Annotated[Project, tyro.conf.subcommand("project")]
@@ -63,6 +65,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return DONE
 
 
-def _parsed(arguments: list[str]) -> Fit | Info | Plan | Project | Simulate | Demo | Bench | Reproduce:
+def _parsed(arguments: list[str]) -> Fit | FitKeyframes | Info | Plan | Project | Simulate | Demo | Bench | Reproduce:
     config = (tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
     return tyro.cli(Command, args=arguments, prog="skillfold", description=DESCRIPTION, config=config)  # type: ignore[return-value]

@@ -3,20 +3,43 @@
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from skillfold.errors import InputError
+from skillfold.errors import InputError, SkillFileError
 
 if TYPE_CHECKING:
     from skillfold.demonstrations import Demonstrations
+    from skillfold.keyframes.skill import KeyframeSkill
     from skillfold.manifold.skill import SkillManifold
 
+KINDS: dict[str, Literal["manifold", "keyframes"]] = {"skill manifold": "manifold", "keyframes": "keyframes"}
 DEMO = re.compile(r"demo:(\d{1,9}):(\w+)")
 FORMS = "numbers (0.1,0.2), a state of a CSV file (states.csv:3, counted from 0) or of a recording (demo:0:first)"
 
 
+def kind(path: Path) -> Literal["manifold", "keyframes"]:
+    """Which kind of skill a file holds.
+
+    Raises:
+        SkillFileError: neither.
+    """
+    from skillfold import archive
+
+    found = archive.kind_of(path)
+    if found not in KINDS:
+        raise SkillFileError(f"{path}: holds {found!r:.40}; expected a skill: {' or '.join(KINDS)}.")
+    return KINDS[found]
+
+
+def load_keyframes(path: Path) -> "KeyframeSkill":
+    """A saved skill of keyframes."""
+    from skillfold.keyframes.skill import KeyframeSkill
+
+    return KeyframeSkill.load(path)
+
+
 def load(path: Path) -> "SkillManifold":
-    """A saved skill."""
+    """A saved skill manifold."""
     from skillfold.manifold.skill import SkillManifold
 
     return SkillManifold.load(path)

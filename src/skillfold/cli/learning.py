@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from skillfold.cli import console, files
+from skillfold.cli import console, files, keyframes
 from skillfold.cli.options import Flag, shown
 from skillfold.errors import InputError
 
@@ -88,7 +88,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Info:
-    """Tell what a saved skill is, and how fit chose it."""
+    """Tell what a saved skill is, a manifold or keyframes, and how fit chose it."""
 
     skill: Annotated[Path, tyro.conf.Positional, shown("SKILL.NPZ")]
     """A saved skill."""
@@ -97,6 +97,9 @@ class Info:
 
     def run(self) -> int:
         """Load and report."""
+        if files.kind(self.skill) == "keyframes":
+            keyframes.tell(files.load_keyframes(self.skill), self.json)
+            return 0
         skill = files.load(self.skill)
         told = facts(skill)
         trials = [asdict(trial) for trial in skill.selection]

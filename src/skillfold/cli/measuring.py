@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
 
 from skillfold.cli import console, files
 from skillfold.cli.options import Flag, seed, shown
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 class Demo:
     """Learn from real handwriting and two arms; plan, project, carry a tray, and draw pictures of it."""
 
+    chapter: Annotated[Literal["keyframes"] | None, tyro.conf.Positional, shown("[keyframes]", "")] = None
+    """keyframes alone: an arm past a box and past a can, inside envelopes learnt from seven demonstrations."""
     out: Annotated[Path, shown("FOLDER")] = Path("demo")
     """Folder for the pictures; made where it is missing."""
     seed: int = 0
@@ -31,6 +35,10 @@ class Demo:
         chosen = seed(self.seed)
         folder = files.folder(self.out)
         draw_off_screen()
+        if self.chapter == "keyframes":
+            from skillfold.cli.keyframe_demo import show
+
+            return show(chosen, folder, self.json)
         from skillfold.experiments import demo
         from skillfold.viewing.demo_pictures import draw
         from skillfold.viewing.tumbler_pictures import draw as draw_tray
@@ -62,7 +70,7 @@ class Bench:
     """Measure every figure the library claims, beside its target and the paper's figure."""
 
     groups: Annotated[tuple[str, ...], shown("GROUP", "(all when left out)")] = ()
-    """Some of arm, sets, upright, noise, around, control, tumblers, recordings, large, speed."""
+    """Some of arm, sets, upright, noise, around, control, tumblers, recordings, large, keyframes, speed."""
     data: Annotated[Path | None, shown("FOLDER", "(point sets drawn, robot tasks left out)")] = None
     """Folder with ecomann/ and robotasks/."""
     json: Annotated[tuple[Path, ...] | None, shown("[FILE]", "")] = None

@@ -34,12 +34,12 @@ DEMONSTRATED = "(demonstrated, where the skill knows whole recordings)"
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan a motion between two states, each given as numbers or by where it stands; exit code 1 without success."""
+    """Plan a motion between two states, or through the keyframes of a skill; exit code 1 without success."""
 
     skill: Annotated[Path, tyro.conf.Positional, shown("SKILL.NPZ")]
-    """A saved skill."""
-    start: Annotated[str, shown("STATE", told=STATE)]
-    goal: Annotated[str, shown("STATE")]
+    """A saved skill, of either kind."""
+    start: Annotated[str | None, shown("STATE", "(keyframes: by inverse kinematics)", STATE)] = None
+    goal: Annotated[str | None, shown("STATE", "(keyframes: the last of them)")] = None
     """Last state, in any of these forms."""
     out: Annotated[Path | None, shown("PATH.CSV", "(nothing is written when left out)")] = None
     """File for the path: a header and one row per state."""
@@ -60,6 +60,12 @@ class Plan:
     """Obstacles in the robot's frame, as `Scene.save` writes them; metres."""
     margin: Annotated[float, shown("METRES")] = 0.02
     """Clearance to keep where there is room for it."""
+    alpha: Annotated[float | None, shown("PERCENT", "(100)")] = None
+    """Of keyframes: how much of the variance the envelope keeps; less keeps to its main directions."""
+    time: Annotated[float | None, shown("SECONDS", "(1.0)")] = None
+    """Of keyframes: how long to plan at most."""
+    stop: Annotated[Literal["first", "time"] | None, shown("{first,time}", "(first)")] = None
+    """Of keyframes: with the first path, or a better one for as long as there is time."""
     seed: int = 0
     """Of what is sampled to find a way around obstacles."""
     recordings: Annotated[tuple[Path, ...], shown("FILE", "(the skill keeps their first and last states)")] = ()
@@ -69,6 +75,10 @@ class Plan:
 
     def run(self) -> int:
         """Plan, write, report."""
+        if files.kind(self.skill) == "keyframes":
+            from skillfold.cli.keyframe_planning import plan
+
+            return plan(self)
         out = None if self.out is None else files.writable(self.out)
         skill = files.load(self.skill)
         plan = self._plan(skill)
@@ -84,8 +94,7 @@ class Plan:
 
     def _plan(self, skill: "SkillManifold") -> "Planned":
         demos = self._demonstrations(skill)
-        start = files.state("--start", self.start, skill, demos)
-        goal = files.state("--goal", self.goal, skill, demos)
+        start, goal = self._ends(skill, demos)
         via = [files.state("--via", text, skill, demos) for text in self.via] or None
         return skill.plan(
             start,
@@ -97,6 +106,19 @@ class Plan:
             obstacles=obstacles(self.robot, self.scene, self.margin),
             seed=seed(self.seed),
         )
+
+    def _ends(self, skill: "SkillManifold", demos: "Demonstrations | None") -> tuple[Any, Any]:
+        given = [f"--{name}" for name in ("alpha", "time", "stop") if getattr(self, name) is not None]
+        if given:
+            raise InputError(
+                f"{', '.join(given)}: {self.skill} is a skill manifold; these are for skills of keyframes."
+            )
+        if self.start is None or self.goal is None:
+            missing = "--start" if self.start is None else "--goal"
+            raise InputError(
+                f"{missing}: left out; expected a state, such as demo:0:first. {self.skill} has no keyframes."
+            )
+        return files.state("--start", self.start, skill, demos), files.state("--goal", self.goal, skill, demos)
 
     def _demonstrations(self, skill: "SkillManifold") -> "Demonstrations | None":
         from skillfold.demonstrations import Demonstrations

@@ -14,6 +14,7 @@ from skillfold.errors import InputError
 from skillfold.experiments import (
     around,
     drawing,
+    keyframes,
     large,
     projection,
     reaching,
@@ -38,6 +39,7 @@ GROUPS: dict[str, tuple[Experiment, ...]] = {
     "tumblers": (tumblers.measure,),
     "recordings": (recordings.measure, drawing.measure),
     "large": (large.measure,),
+    "keyframes": (keyframes.learning, keyframes.measure),
     "speed": (timing.measure,),
 }
 PACKAGES = ("skillfold", "numpy", "scipy", "scikit-learn", "numba", "mujoco", "gmr", "ompl")

@@ -26,6 +26,10 @@ class PoseChart:
 
     middle: Array
 
+    def __post_init__(self) -> None:
+        # A copy that can be written to: read-only arrays would make kernels compile anew.
+        object.__setattr__(self, "middle", np.array(self.middle, np.float64))
+
     @classmethod
     def between(cls, first: Any, second: Any) -> Self:
         """The chart about the rotation half-way between those of two poses (7,)."""

@@ -4,6 +4,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from skillfold.errors import InputError
+
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
@@ -42,3 +44,16 @@ class CompiledConstraint(NamedTuple):
     project: Any
     arguments: Indices
     owner: Any
+
+
+def generator(count: Any, seed: Any) -> np.random.Generator:
+    """What draws `count` samples from `seed`, once both were found to be whole numbers of at least 0.
+
+    Raises:
+        InputError: they are not.
+    """
+    for name, value in (("count", count), ("seed", seed)):
+        whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+        if not (whole and value >= 0):
+            raise InputError(f"{name}: {value!r:.40}; expected a whole number, at least 0.")
+    return np.random.default_rng(seed)

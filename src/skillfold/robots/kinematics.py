@@ -4,6 +4,8 @@
 but for that data, which they overwrite: one table per thread. The tests hold a plain twin of each.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from skillfold.jit import inner, njit
@@ -20,6 +22,21 @@ XANCHOR, XAXIS = 11, 12  # (n_joints, 3) in the world
 XPOS, XQUAT, XIPOS = 13, 14, 15  # (n_bodies, 3 or 4) in the world: frames and centres of mass
 MASSES = 16  # (n_bodies,) of what belongs to the robot
 SLOTS = 17
+
+
+class Tool(NamedTuple):
+    """A frame of a robot for compiled loops.
+
+    Attributes:
+        machine: table of the robot.
+        body: that the frame is fixed to.
+        offset, turn: (3,), (4,) its place in it.
+    """
+
+    machine: Indices
+    body: int
+    offset: Array
+    turn: Array
 
 
 @inner
@@ -64,39 +81,49 @@ def frame_point(m: Indices, body: int, offset: Array, out: Array) -> None:
     out[2] = position[body, 2] + c + w * f + x * e - y * d
 
 
+@inner
+def frame_pose(m: Indices, body: int, offset: Array, turn: Array, out: Array) -> None:
+    """Pose (7,) of the frame at `offset` (3,), `turn` (4,) of a body, where the robot was placed."""
+    turned = matrix(m, XQUAT)
+    e, f, g, h = turn[0], turn[1], turn[2], turn[3]
+    frame_point(m, body, offset, out)
+    w, x, y, z = turned[body, 0], turned[body, 1], turned[body, 2], turned[body, 3]
+    out[3] = w * e - x * f - y * g - z * h
+    out[4] = w * f + x * e + y * h - z * g
+    out[5] = w * g - x * h + y * e + z * f
+    out[6] = w * h + x * g - y * f + z * e
+
+
+@inner
+def frame_jacobian(m: Indices, body: int, point: Array, out: Array) -> None:
+    """Add to `out` (6, dof) how joints move a point (3,) of a body: linear rows, then angular ones."""
+    moves, columns, ratios = index_matrix(m, MOVES), indices(m, COLUMNS), vector(m, RATIOS)
+    joints, slides, axis = indices(m, JOINTS), indices(m, SLIDES), matrix(m, XAXIS)
+    for k in range(joints.size):
+        if not moves[body, k]:
+            continue
+        add_motion(m, k, point, ratios[k], out[:3, columns[k]])
+        if not slides[k]:
+            for c in range(3):
+                out[3 + c, columns[k]] += ratios[k] * axis[joints[k], c]
+
+
 @njit
 def poses(states: Array, body: int, offset: Array, turn: Array, m: Indices, out: Array) -> None:
     """Poses (n, 7) of the frame at `offset` (3,), `turn` (4,) of a body, for joint positions (n, dof)."""
-    turned = matrix(m, XQUAT)
-    e, f, g, h = turn[0], turn[1], turn[2], turn[3]
     for i in range(len(states)):
         place(states[i], m)
-        frame_point(m, body, offset, out[i])
-        w, x, y, z = turned[body, 0], turned[body, 1], turned[body, 2], turned[body, 3]
-        out[i, 3] = w * e - x * f - y * g - z * h
-        out[i, 4] = w * f + x * e + y * h - z * g
-        out[i, 5] = w * g - x * h + y * e + z * f
-        out[i, 6] = w * h + x * g - y * f + z * e
+        frame_pose(m, body, offset, turn, out[i])
 
 
 @njit
 def jacobians(states: Array, body: int, offset: Array, m: Indices, out: Array) -> None:
     """Jacobians (n, 6, dof), all zero before: linear rows, then angular ones."""
-    point, velocity = np.zeros(3), np.zeros(3)
-    moves, columns, ratios = index_matrix(m, MOVES), indices(m, COLUMNS), vector(m, RATIOS)
-    joints, slides, axis = indices(m, JOINTS), indices(m, SLIDES), matrix(m, XAXIS)
+    point = np.zeros(3)
     for i in range(len(states)):
         place(states[i], m)
         frame_point(m, body, offset, point)
-        for k in range(joints.size):
-            if not moves[body, k]:
-                continue
-            velocity[:] = 0.0
-            add_motion(m, k, point, ratios[k], velocity)
-            for c in range(3):
-                out[i, c, columns[k]] += velocity[c]
-                if not slides[k]:
-                    out[i, 3 + c, columns[k]] += ratios[k] * axis[joints[k], c]
+        frame_jacobian(m, body, point, out[i])
 
 
 @njit

@@ -67,7 +67,12 @@ def add_shape(spec: Any, shape: Shape, moves: bool) -> None:
     elif moves:
         body = spec.worldbody.add_body(name=PREFIX + shape.name, mocap=True, pos=pose[:3], quat=pose[3:])
         pose = np.array(HERE)
-    geom = body.add_geom(name=PREFIX + shape.name, pos=pose[:3], quat=pose[3:], contype=1, conaffinity=1)
+    write_shape(spec, body, shape, PREFIX + shape.name, pose, contype=1, conaffinity=1)
+
+
+def write_shape(spec: Any, body: Any, shape: Shape, name: str, pose: Any, **look: Any) -> None:
+    """Add a shape to a body, at a pose (7,) in it; `look` is what else MuJoCo's geom shall have."""
+    geom = body.add_geom(name=name, pos=pose[:3], quat=pose[3:], **look)
     _WRITERS[type(shape)](spec, geom, shape)
 
 

@@ -1,6 +1,8 @@
 """Pictures of a robot at work, drawn by MuJoCo without a window."""
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,43 @@ from skillfold.robots.world import World
 from skillfold.tables import Array
 
 WIDTH, HEIGHT = 640, 480  # pixels: MuJoCo's offscreen buffer
+MOST = 20_000  # shapes in a picture
 AZIMUTH, ELEVATION = 135.0, -18.0  # degrees
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a picture is taken from.
+
+    Attributes:
+        toward: (3,) the point in its middle [m].
+        distance: from there [m].
+        azimuth, elevation: [degrees].
+        size: width and height [pixels].
+    """
+
+    toward: tuple[float, float, float]
+    distance: float
+    azimuth: float = AZIMUTH
+    elevation: float = ELEVATION
+    size: tuple[int, int] = (WIDTH, HEIGHT)
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """Something drawn into a picture that is not in the world.
+
+    Attributes:
+        places: (n, 3) of a line, or of the middles of ellipsoids [m].
+        color: (4,) red, green, blue, opacity.
+        radius: of a line [m].
+        shapes: (n, 3, 3) of ellipsoids: v'A⁻¹v ≤ 1 [m²]; None for a line.
+    """
+
+    places: Array
+    color: tuple[float, float, float, float]
+    radius: float = 0.002
+    shapes: Array | None = None
 
 
 def pictures(world: World, times: Array, states: Array, tumblers: Array) -> Iterator[Any]:
@@ -20,18 +58,66 @@ def pictures(world: World, times: Array, states: Array, tumblers: Array) -> Iter
     Raises:
         RobotError: no way to draw off the screen.
     """
-    try:
-        renderer = mujoco.Renderer(world.model, HEIGHT, WIDTH)
-    except Exception as error:  # each of its back ends fails in its own way where there is no driver
-        raise RobotError(
-            f"No pictures: MuJoCo cannot draw off the screen here ({error}). Set MUJOCO_GL to egl, osmesa or glfw."
-        ) from None
-    with renderer:
+    with _renderer(world.model, WIDTH, HEIGHT) as renderer:
         camera = _camera(world, states)
         for time, q, poses in zip(times, states, tumblers, strict=True):
             world.show(float(time), q, poses)
             renderer.update_scene(world.data, camera)
             yield renderer.render().copy()
+
+
+def picture(world: World, q: Array, view: View, marks: Sequence[Mark] = ()) -> Any:
+    """A picture (height, width, 3), uint8, of a world without tumblers at joint positions q (D,).
+
+    Raises:
+        RobotError: no way to draw off the screen.
+    """
+    with _renderer(world.model, *view.size) as renderer:
+        world.show(0.0, q, np.empty((0, 7)))
+        camera = mujoco.MjvCamera()
+        camera.lookat[:], camera.distance = view.toward, view.distance
+        camera.azimuth, camera.elevation = view.azimuth, view.elevation
+        renderer.update_scene(world.data, camera)
+        for mark in marks:
+            _draw(renderer.scene, mark)
+        return renderer.render().copy()
+
+
+def _renderer(model: Any, width: int, height: int) -> Any:
+    model.vis.global_.offwidth = max(model.vis.global_.offwidth, width)
+    model.vis.global_.offheight = max(model.vis.global_.offheight, height)
+    try:
+        return mujoco.Renderer(model, height, width, max_geom=MOST)
+    except Exception as error:  # each of its back ends fails in its own way where there is no driver
+        raise RobotError(
+            f"No pictures: MuJoCo cannot draw off the screen here ({error}). Set MUJOCO_GL to egl, osmesa or glfw."
+        ) from None
+
+
+def _draw(scene: Any, mark: Mark) -> None:
+    color = np.array(mark.color, np.float32)
+    if mark.shapes is not None:
+        for place, shape in zip(mark.places, mark.shapes, strict=True):
+            values, axes = np.linalg.eigh(shape)
+            axes[:, 0] *= np.sign(np.linalg.det(axes))
+            if (geom := _next(scene)) is not None:
+                size = np.sqrt(np.maximum(values, 1e-12))
+                mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_ELLIPSOID, size, place, axes.ravel(), color)
+        return
+    for start, end in itertools.pairwise(mark.places):
+        if (geom := _next(scene)) is not None:
+            mujoco.mjv_initGeom(
+                geom, mujoco.mjtGeom.mjGEOM_CAPSULE, np.zeros(3), np.zeros(3), np.eye(3).ravel(), color
+            )
+            mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, mark.radius, start, end)
+
+
+def _next(scene: Any) -> Any:
+    """A place for one more shape, None where there is none."""
+    if scene.ngeom >= scene.maxgeom:
+        return None
+    scene.ngeom += 1
+    return scene.geoms[scene.ngeom - 1]
 
 
 def _camera(world: World, states: Array) -> Any:

@@ -12,13 +12,13 @@ import numpy as np
 from skillfold.errors import InputError
 from skillfold.robots import kinematics
 from skillfold.robots.dynamics import Dynamics, frame_of
-from skillfold.robots.engine import mujoco
 from skillfold.robots.frames import frames_of, last_frame
+from skillfold.robots.held import Load, fix_load, read_load
 from skillfold.robots.joints import Joints, Limits, machine_of, read_joints
-from skillfold.robots.loading import Description, compiled, describe
+from skillfold.robots.loading import Description, compiled, describe, lean
 from skillfold.robots.poses import compose, place_points, read_pose, turn
 from skillfold.robots.reading import read_joint_positions
-from skillfold.robots.tray import Tray, fix_tray
+from skillfold.robots.tray import Tray
 from skillfold.spaces import StateSpace
 from skillfold.tables import Array, Indices
 
@@ -54,7 +54,7 @@ class Robot:
     def __init__(self, description: Description) -> None:
         self.source, self.notes = description.source, description.notes
         self._description = description
-        self._spec = _lean(description.spec)
+        self._spec = lean(description.spec)
         self.model = compiled(self._spec, self.source)
         self.joints: Joints = read_joints(self.model, self.source, description.speeds)
         self.name: str = description.spec.modelname or self.source
@@ -65,7 +65,7 @@ class Robot:
         self.frames = tuple(self._frames)
         self.tool = next((name for name in TOOLS if name in self._frames), None) or last_frame(self.model)
         self._local = threading.local()
-        self._carried: Tray | None = None
+        self._loads: tuple[Load, ...] = ()
 
     @classmethod
     def load(cls, name_or_path: str | PathLike[str]) -> Self:
@@ -85,14 +85,33 @@ class Robot:
         For what plans and looks out: its obstacles keep the tray clear too, and its dynamics know the load. It is not
         for `simulate`, which puts a tray and tumblers that can fall on the robot itself.
         """
+        return self._loaded(tray.fixed)
+
+    def holding(self, shapes: Any, mass: float = 0.1) -> "Robot":
+        """This robot with things in its hand: its obstacles keep them clear too, and its dynamics know their mass.
+
+        They keep clear of the scene and of the robot, but for the links that they touch: the last two, and what they
+        touch wherever the robot stands.
+
+        Args:
+            shapes: `Box`, `Sphere`, `Cylinder`, `Capsule`, one or more, each with its pose in the tool frame.
+            mass: of all together [kg], shared by volume.
+
+        Raises:
+            SceneError: no shapes, or of another kind.
+            InputError: a mass that is none.
+        """
+        return self._loaded(read_load(shapes, mass, len(self._loads)))
+
+    def _loaded(self, load: Load) -> "Robot":
         spec = self.spec()
-        fix_tray(spec, *frame_of(spec, self.tool), tray, mujoco.mjtGeom)
-        carrying = Robot(replace(self._description, spec=spec))
-        carrying._carried = tray
-        return carrying
+        fix_load(spec, *frame_of(spec, self.tool), load)
+        robot = Robot(replace(self._description, spec=spec))
+        robot.tool, robot._loads = self.tool, (*self._loads, load)
+        return robot
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (self.source, self._carried)
+        return _again, (self.source, self._loads)
 
     def __repr__(self) -> str:
         base = ", floating base" if self.floating else ""
@@ -248,6 +267,10 @@ class Robot:
         """The same without what only pleases the eye: every shape costs time in every pose."""
         return self._spec.copy()
 
+    def compiled_tool(self, frame: str | None = None) -> kinematics.Tool:
+        """A frame, None is the tool, for compiled loops of the thread that asks; keep the robot as long."""
+        return kinematics.Tool(self._machine(), *self._frame(frame))
+
     @cached_property
     def _alone(self) -> "Obstacles":
         return self.obstacles()
@@ -270,13 +293,8 @@ class Robot:
         return self._frames[wanted]
 
 
-def _again(source: str, carried: Tray | None) -> Robot:
+def _again(source: str, loads: tuple[Load, ...]) -> Robot:
     robot = Robot.load(source)
-    return robot if carried is None else robot.with_tray(carried)
-
-
-def _lean(spec: Any) -> Any:
-    """A copy without what only pleases the eye: every shape costs time in every pose."""
-    lean = spec.copy()
-    lean.compiler.discardvisual = True
-    return lean
+    for load in loads:
+        robot = robot._loaded(load)
+    return robot

@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 
 from skillfold.errors import InputError
+from skillfold.robots.held import Load
 from skillfold.robots.poses import compose
+from skillfold.robots.shapes import Box, Cylinder
 from skillfold.tables import Array
 
 TRAY, TUMBLER = "tray", "tumbler"
@@ -51,6 +53,20 @@ class Tray:
         loose = self.tumblers * self.tumbler_mass * (self.height + self.length / 2)
         return mass, np.array([0.0, 0.0, (self.mass * (self.height - self.size[2] / 2) + loose) / mass])
 
+    @property
+    def fixed(self) -> Load:
+        """The tray, and on it the room that standing tumblers take, with their mass.
+
+        Neither meets the robot itself: the tray is built so that it does not.
+        """
+        middle = self.height - self.size[2] / 2
+        plate = Box((0.0, 0.0, middle), self.size, name=TRAY)
+        if not self.tumblers:
+            return Load(TRAY, (plate,), (self.mass,), TRAY_MASK)
+        around = self.radius + (self.circle if self.tumblers > 1 else 0.0)
+        room = Cylinder((0.0, 0.0, self.height + self.length / 2), around, self.length, name=f"{TUMBLER}s")
+        return Load(TRAY, (plate, room), (self.mass, self.tumblers * self.tumbler_mass), TRAY_MASK)
+
     def standing(self, pose_world_tool: Array) -> Array:
         """Poses (tumblers, 7) in the world of tumblers that stand on the tray."""
         angles = 2 * np.pi * np.arange(self.tumblers) / max(self.tumblers, 1)
@@ -87,27 +103,5 @@ def add_tray(spec: Any, body: Any, pose: Array, tray: Tray, kinds: Any) -> None:
             size=[tray.radius, tray.length / 2, 0],
             mass=tray.tumbler_mass,
             rgba=[0.35, 0.6, 0.85, 0.9],
-            **look,
-        )
-
-
-def fix_tray(spec: Any, body: Any, pose: Array, tray: Tray, kinds: Any) -> None:
-    """Fix the tray to a body, and on it the room that standing tumblers take, with their mass.
-
-    Arguments as for `add_tray`. Neither meets the robot itself: the tray is built so that it does not.
-    """
-    place = body.add_frame(pos=pose[:3], quat=pose[3:])
-    look = {"contype": TRAY_MASK, "conaffinity": TRAY_MASK}
-    plate = body.add_body(name=TRAY, pos=[0, 0, tray.height - tray.size[2] / 2])
-    plate.set_frame(place)
-    half = [edge / 2 for edge in tray.size]
-    plate.add_geom(name=TRAY, type=kinds.mjGEOM_BOX, size=half, mass=tray.mass, **look)
-    if tray.tumblers:
-        plate.add_geom(
-            name=f"{TUMBLER}s",
-            type=kinds.mjGEOM_CYLINDER,
-            pos=[0, 0, (tray.size[2] + tray.length) / 2],
-            size=[tray.radius + (tray.circle if tray.tumblers > 1 else 0.0), tray.length / 2, 0],
-            mass=tray.tumblers * tray.tumbler_mass,
             **look,
         )

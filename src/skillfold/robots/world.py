@@ -110,6 +110,16 @@ class World:
         """Poses (n, 7) of the tumblers."""
         return np.concatenate([self.data.xpos[self._tumblers], self.data.xquat[self._tumblers]], axis=1)
 
+    def touching(self, states: Array) -> int:
+        """At how many of joint positions (n, D) robot or tray touch an obstacle or the robot itself, all at rest."""
+        count = 0
+        for q in states:
+            self.data.qpos[self.places] = q
+            mujoco.mj_kinematics(self.model, self.data)
+            mujoco.mj_collision(self.model, self.data)
+            count += bool(self.contacts())
+        return count
+
     def contacts(self) -> list[tuple[str, str]]:
         """What of the robot or the tray touches an obstacle, or the robot itself, by names."""
         count = self.data.ncon

@@ -5,14 +5,34 @@ from pathlib import Path
 
 import numpy as np
 
-from skillfold.experiments import around_arm, around_shown, around_tray, table_one, tray_demo, tumblers
+from skillfold.experiments import (
+    around_arm,
+    around_shown,
+    around_tray,
+    keyframe_cost,
+    keyframe_demo,
+    keyframe_motions,
+    keyframe_runs,
+    keyframes,
+    table_one,
+    tray_demo,
+    tumblers,
+)
 from skillfold.experiments.rows import Row, Settings
-from skillfold.viewing import around_pictures, table_pictures, tray_pictures, tumbler_pictures
+from skillfold.viewing import (
+    around_pictures,
+    keyframe_costs,
+    keyframe_pictures,
+    table_pictures,
+    tray_pictures,
+    tumbler_pictures,
+)
 
 Reproduced = Callable[[Settings, Path], tuple[list[Row], Path]]
 """Given settings and a folder for the picture."""
 
 PAST, HARD = 40, 20  # cases past boxes
+DRAWS, STARTS = 12, 4  # of demonstrations, and on each, of keyframe tasks
 COLUMNS = (1, 2)  # of the picture: so many with boxes, so many with walls
 
 
@@ -48,4 +68,36 @@ def pushed(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
     return rows, picture
 
 
-EXPERIMENTS: dict[str, Reproduced] = {"patches": patches, "table-one": table, "boxes": boxes, "tumblers": pushed}
+def shapes(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Paper 002, figures 2 and 3: envelopes in the plane and in space, whole and reduced; what the gates hold."""
+    rows = keyframes.learning(settings)
+    settings.progress("drawing", 0.95)
+    return rows, keyframe_costs.draw_envelopes(keyframes.learn(settings, 1), folder / "envelopes.png")
+
+
+def paths(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Paper 002, figures 5 to 8: both tasks, planned in the whole and in the reduced envelope."""
+    skills = keyframes.learn(settings, DRAWS)
+    found = keyframe_runs.answers(skills, STARTS, settings)
+    rows = [*keyframe_runs.first_rows(found), *keyframe_runs.inside_rows(found)]
+    rows += keyframe_motions.turned_rows(skills, STARTS, settings)
+    settings.progress("drawing", 0.9)
+    picture, _ = keyframe_pictures.draw(keyframe_demo.run(settings.seed), folder / "keyframes.png")
+    return rows, picture
+
+
+def first_paths(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Paper 002, figure 9: nodes and run time of the algorithm as printed and as it is here."""
+    found = keyframe_cost.run(keyframes.learn(settings, 1), settings)
+    return keyframe_cost.rows(found), keyframe_costs.draw_costs(found, folder / "keyframe_cost.png")
+
+
+EXPERIMENTS: dict[str, Reproduced] = {
+    "patches": patches,
+    "table-one": table,
+    "boxes": boxes,
+    "tumblers": pushed,
+    "envelopes": shapes,
+    "keyframes": paths,
+    "keyframe-cost": first_paths,
+}

@@ -1,0 +1,178 @@
+"""Plans under any constraint on the tool's pose, learnt or written by hand."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from skillfold.errors import InputError
+from skillfold.keyframes.answers import not_begun, told
+from skillfold.keyframes.asking import obstacles_of, read_limits, read_start, start_trouble
+from skillfold.keyframes.charts import LENGTH, PoseChart
+from skillfold.keyframes.compiled import compiled_constraint, raise_error
+from skillfold.keyframes.constraint import PoseConstraint
+from skillfold.keyframes.gaussians import PoseGaussian
+from skillfold.keyframes.grown import Targets
+from skillfold.keyframes.legs import Leg, lengths
+from skillfold.keyframes.pairs import Outcome
+from skillfold.keyframes.region import PoseRegion
+from skillfold.keyframes.rrtstar import prepare, search
+from skillfold.motion import Plan
+from skillfold.robots.poses import read_pose
+from skillfold.robots.robot import Robot
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+NEAR = 0.005  # metres: how near a pose that is the goal must be reached, a radian as `LENGTH` metres
+FOREIGN = 0.005  # metres: how far from a constraint that is no set of its own poses may be
+ROUNDING = 1e-6  # metres: the same for those that have a tolerance, or room, of their own
+SLACK = 0.01  # of a gate, or of a tolerance: kept all along
+KINDS = ("auto", "pose", "joints")
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Where a path shall end.
+
+    Attributes:
+        region: poses that are the goal; None where joint positions are.
+        state: those.
+        pose: (7,) one of the poses.
+        sample: (count, seed) → poses (count, 7).
+        level: the excess up to which poses are in the goal.
+    """
+
+    region: PoseConstraint | None
+    state: Array | None
+    pose: Array
+    sample: Callable[[int, int], Array]
+    level: float = 0.0
+
+
+def plan_constrained(
+    robot: Robot,
+    constraint: PoseConstraint,
+    q_start: Any,
+    goal: Any,
+    scene: Any = None,
+    *,
+    time_limit: float = 1.0,
+    stop: str = "first",
+    seed: int = 0,
+    tolerance: float | None = None,
+    goal_is: str = "auto",
+) -> Plan:
+    """A path of a robot's joints, all along which the tool's pose holds a constraint, clear of obstacles.
+
+    Args:
+        robot: whose tool moves; what it holds counts.
+        constraint: anything with `distance` and `project` of poses. Where it has no `sample`, poses are those of
+            random joint positions, projected.
+        q_start: joint positions (dof,) whose pose holds it.
+        goal: a pose (7,), which the path reaches within 5 mm, a radian as .15 m; joint positions (dof,); or a
+            constraint with `sample`.
+        scene, time_limit, stop, seed: as in `plan_skill`.
+        tolerance: how far [m] poses may be from the constraint; None is nothing (1e-6) for this library's own, which
+            have tolerances or room, and 5 mm for others.
+        goal_is: "pose" or "joints" where the robot has seven joints and seven numbers could be either.
+
+    Returns:
+        A plan by route "constrained"; `stats` as in `plan_skill`.
+
+    Raises:
+        InputError: says what was given and what was expected.
+    """
+    prepare()
+    begun = perf_counter()
+    limit = read_limits(time_limit, stop, seed)
+    obstacles = obstacles_of(robot, scene)
+    start = read_start(robot, q_start)
+    if isinstance(constraint, type):
+        raise InputError(f"constraint: the class {constraint.__name__}; expected an object of it.")
+    constraint = constraint.region if isinstance(constraint, PoseGaussian) else constraint
+    compiled = compiled_constraint(constraint)
+    allowed, level = _levels(constraint, tolerance)
+    end = _read_goal(robot, goal, goal_is)
+    pose = robot.forward(start)
+    why = start_trouble(robot, obstacles, start)
+    if not why and end.state is not None:
+        why = start_trouble(robot, obstacles, end.state, "goal")
+    why = why or _off(constraint, pose, allowed, "start") or _off(constraint, end.pose, allowed + NEAR, "goal")
+    if why:
+        return not_begun(robot, start[None], why, begun, "constrained")
+    # A start that has less than the slack may have as little.
+    excess = constraint.membership(pose)[0] ** 0.5 - 1.0 if isinstance(constraint, PoseRegion) else level
+    level = float(max(level, min(excess, 0.0)))
+    leg = _leg(robot, obstacles, constraint, end, pose, level, allowed)
+    found, reason = leg.search(search, start, begun, begun + limit, stop == "first", int(seed))
+    raise_error(compiled)
+    outcome = Outcome(np.empty((0, robot.dof)), reason, found=found, nodes=found.nodes, iterations=found.iterations)
+    if not reason and not len(found.path):
+        outcome.reason = f"No way was found with {found.nodes} nodes."
+    if not outcome.reason:
+        outcome.states, outcome.check = leg.checked(found.path)
+        outcome.reason = outcome.check.reason
+    return told(robot, start, [outcome], begun, 0, "constrained")
+
+
+def _leg(robot: Robot, obstacles: Any, constraint: Any, end: Goal, pose: Array, level: float, allowed: float) -> Leg:
+    chart = PoseChart.between(pose, end.pose)
+
+    def inside(count: int, seed: int) -> Array:
+        if hasattr(constraint, "sample"):
+            return chart.to_chart(constraint.sample(count, seed))
+        return chart.to_chart(constraint.project(robot.forward(robot.sample(count, seed))))
+
+    targets = Targets(inside, lambda n, seed: chart.to_chart(end.sample(n, seed)), robot.sample, None, end.state)
+    axis = chart.to_chart(np.stack([pose, end.pose]))
+    held = robot, obstacles, constraint, end.region
+    return Leg(*held, level, end.level, allowed, chart, axis, lengths(), targets)
+
+
+def _levels(constraint: Any, tolerance: Any) -> tuple[float, float]:
+    """How far [m] the check lets poses be outside, and the excess up to which the search takes them as inside."""
+    number = isinstance(tolerance, int | float | np.integer | np.floating) and not isinstance(tolerance, bool)
+    if tolerance is not None and not (number and 0.0 < tolerance < np.inf):
+        raise InputError(f"tolerance={tolerance!r:.80}; expected metres, above zero, or None.")
+    if isinstance(constraint, PoseRegion) and tolerance is None:
+        return ROUNDING, -SLACK
+    if hasattr(constraint, "compiled") and tolerance is None:
+        return ROUNDING, -SLACK * LENGTH * min(float(np.min(getattr(constraint, "tolerance", 0.0))), NEAR)
+    allowed = FOREIGN if tolerance is None else float(tolerance)
+    return allowed, 0.8 * allowed
+
+
+def _read_goal(robot: Robot, goal: Any, goal_is: Any) -> Goal:
+    if not isinstance(goal_is, str) or goal_is not in KINDS:
+        raise InputError(f"goal_is={goal_is!r:.80}; possible: {', '.join(KINDS)}.")
+    if hasattr(goal, "distance") and hasattr(goal, "project"):
+        if not hasattr(goal, "sample"):
+            raise InputError(
+                f"goal: {type(goal).__name__} has no sample(count, seed); expected a constraint that has."
+            )
+        return Goal(goal, None, np.asarray(goal.sample(1, 0))[0], goal.sample)
+    size = np.size(goal) if isinstance(goal, np.ndarray | list | tuple) else 0
+    if size == robot.dof == 7 and goal_is == "auto":
+        raise InputError("goal: seven numbers may be a pose or joint positions; say goal_is='pose' or 'joints'.")
+    if goal_is == "joints" or (goal_is == "auto" and size == robot.dof):
+        state = read_start(robot, goal, "goal")
+        pose = robot.forward(state)
+        return Goal(None, state, pose, lambda count, seed: np.tile(pose, (count, 1)))
+    pose = read_pose(goal, "goal")
+    if pose.shape != (7,):
+        raise InputError(
+            f"goal: shape {pose.shape}; expected a pose (7,), joint positions ({robot.dof},), a constraint."
+        )
+    spread = np.diag(np.repeat([NEAR**2, (NEAR / LENGTH) ** 2], 3))
+    return Goal(PoseGaussian(pose, spread, np.ones(2)), None, pose, lambda count, seed: np.tile(pose, (count, 1)))
+
+
+def _distance(constraint: Any, pose: Array) -> float:
+    return float(np.ravel(constraint.distance(pose[None]))[0])
+
+
+def _off(constraint: Any, pose: Array, allowed: float, what: str) -> str:
+    distance = _distance(constraint, pose)
+    return "" if distance <= allowed else f"The {what} lies {distance:.2g} m off the constraint."
