@@ -22,11 +22,16 @@ from skillfold.keyframes.grown import (
 )
 from skillfold.keyframes.kernels import rrtstar as kernel
 from skillfold.keyframes.kernels.reaching import reach
+from skillfold.keyframes.kernels.relaxing import relax
 from skillfold.keyframes.kernels.shortcuts import shorten
 
 BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
 SHORTCUTS = 20  # tried on each path
-TREES, SHARE = 6, 0.1  # trees that are begun anew where time is left, and the share of it that they may take
+MOVES = 60  # of places of a path, tried at a time
+PULL = 0.5  # of the moves that go toward the middle of the neighbours, too
+MOVED = (0.01, 0.03, 0.1, 0.3)  # radians: how far aside
+ROUNDS = 4  # of shortcuts and moves on the first way of each tree
+TREES, SHARE = 6, 0.3  # trees that are begun anew where time is left, and the share of it that they may take
 LOCAL = 48  # targets of a batch that shortens the best way
 BESIDE, AIMED = 0.5, 0.25  # shares of them beside it in joint space, and toward another end from somewhere on it
 SPREADS = (0.03, 0.1, 0.3)  # radians: how far beside
@@ -41,6 +46,7 @@ def prepare() -> None:
     compile_for(kernel.prove, table, table, 0)
     compile_for(shorten, table, rows, 0, rows)
     compile_for(reach, table, rows, rows)
+    compile_for(relax, table, rows, 0, rows.ravel(), rows.ravel(), rows, flag)
 
 
 def search(
@@ -65,6 +71,8 @@ def search(
     while True:
         growth = Growth(question, start, targets, begun, np.random.default_rng([seed, turn]))
         growth.find(deadline)
+        for _ in range(0 if first else ROUNDS):
+            growth.polish()
         found.take(growth.found)
         turn += 1
         if first or turn == TREES or perf_counter() > anew:
@@ -149,8 +157,8 @@ class Growth:
         return self.note(self.shortened(path))
 
     def polish(self) -> bool:
-        """Try other shortcuts; whether any was one."""
-        return self.note(self.shortened(self.found.path))
+        """Try other shortcuts, and places of the best way a little aside; whether that made it shorter."""
+        return len(self.found.path) > 0 and self.note(self.relaxed(self.shortened(self.found.path)))
 
     def note(self, path: Array) -> bool:
         """Keep a path where it is better; whether it is."""
@@ -180,6 +188,15 @@ class Growth:
         joined = np.full(count, kernel.JOIN), np.full(count, -1)
         self.grow((np.empty((count, 6)), *joined, states), False)
         self.chain = np.arange(before, self.tree.count)
+
+    def relaxed(self, path: Array) -> Array:
+        """A path with places moved; no longer than before."""
+        path = dense(path, REACH)
+        pulls = self.rng.random(MOVES) * (self.rng.random(MOVES) < PULL)
+        moves = self.rng.choice(MOVED, (MOVES, 1)) * self.rng.standard_normal((MOVES, path.shape[1]))
+        free = self.targets.end is None
+        relax(self.question.table.entries, path, len(path), self.rng.random(MOVES), pulls, moves, free)
+        return path
 
     def shortened(self, path: Array) -> Array:
         """A path with shortcuts; no longer than before."""
