@@ -12,9 +12,10 @@ from skillfold.keyframes.charts import LENGTH
 from skillfold.keyframes.compiled import compiled_constraint
 from skillfold.keyframes.envelope import SoftEnvelope
 from skillfold.keyframes.gaussians import PoseGaussian
+from skillfold.keyframes.grown import REACH, Grown, Question
 from skillfold.keyframes.kernels.problem import Held, Problem
 from skillfold.keyframes.legs import Leg
-from skillfold.keyframes.rrtstar import REACH, Grown, Question, search
+from skillfold.keyframes.rrtstar import search
 
 UNITS = np.repeat([1.0, LENGTH], 3)
 TURN = 2 * np.pi

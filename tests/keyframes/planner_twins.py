@@ -4,8 +4,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from keyframes.asked import TURN, UNITS
+from skillfold.keyframes.grown import REACH
 from skillfold.keyframes.kernels import descent, edges, nodes, rrtstar
-from skillfold.keyframes.rrtstar import REACH
 
 
 def turned(angle):

@@ -54,13 +54,13 @@ def test_plant(world):
 @pytest.mark.parametrize("kinds", [kernel.FROM_TREE, kernel.FROM_START, kernel.JOIN, kernel.END])
 def test_grow(world, kinds):
     """`extend`, `get_inside`, `connect`, `try_add`, `add` and all below: the same nodes hang on the same ones."""
-    targets, _, starts = batch(world, 25, kinds)
+    targets, _, froms, starts = batch(world, 25, kinds)
     if kinds >= kernel.JOIN:
         starts = world.states(25, 7, 0.1)
     kinds = np.full(25, kinds)
     tree, twin = world.tree(), twins.Tree(twins.Twin(world), world.start)
     kernel.plant(world.table, tree.table.entries, world.start)
-    used = kernel.grow(world.table, tree.table.entries, targets, kinds, starts.copy(), False)
+    used = kernel.grow(world.table, tree.table.entries, targets, kinds, froms, starts.copy(), False)
     assert used == twin.grow(targets, kinds, starts, False) == 25
     n = tree.count
     assert n == len(twin.q) > 1

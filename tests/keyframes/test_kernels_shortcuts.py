@@ -6,9 +6,9 @@ import pytest
 from keyframes import planner_twins as twins
 from keyframes.asked import asked
 from manifold.kernels import callable_of
+from skillfold.keyframes.grown import dense, length_of
 from skillfold.keyframes.kernels import shortcuts as _shortcuts
 from skillfold.keyframes.kernels.shortcuts import shorten
-from skillfold.keyframes.rrtstar import dense, length_of
 
 shortcuts = callable_of(_shortcuts)
 

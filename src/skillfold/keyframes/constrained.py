@@ -14,10 +14,11 @@ from skillfold.keyframes.charts import LENGTH, PoseChart
 from skillfold.keyframes.compiled import compiled_constraint, raise_error
 from skillfold.keyframes.constraint import PoseConstraint
 from skillfold.keyframes.gaussians import PoseGaussian
+from skillfold.keyframes.grown import Targets
 from skillfold.keyframes.legs import Leg, lengths
 from skillfold.keyframes.pairs import Outcome
 from skillfold.keyframes.region import PoseRegion
-from skillfold.keyframes.rrtstar import Targets, prepare, search
+from skillfold.keyframes.rrtstar import prepare, search
 from skillfold.motion import Plan
 from skillfold.robots.poses import read_pose
 from skillfold.robots.robot import Robot
@@ -124,7 +125,7 @@ def _leg(robot: Robot, obstacles: Any, constraint: Any, end: Goal, pose: Array, 
             return chart.to_chart(constraint.sample(count, seed))
         return chart.to_chart(constraint.project(robot.forward(robot.sample(count, seed))))
 
-    targets = Targets(inside, lambda n, seed: chart.to_chart(end.sample(n, seed)), robot.sample, end.state)
+    targets = Targets(inside, lambda n, seed: chart.to_chart(end.sample(n, seed)), robot.sample, None, end.state)
     axis = chart.to_chart(np.stack([pose, end.pose]))
     held = robot, obstacles, constraint, end.region
     return Leg(*held, level, end.level, allowed, chart, axis, lengths(), targets)

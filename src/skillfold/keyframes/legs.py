@@ -11,9 +11,9 @@ from skillfold.check import Check, check_path
 from skillfold.keyframes.charts import LENGTH, PoseChart
 from skillfold.keyframes.compiled import compiled_constraint, raise_error
 from skillfold.keyframes.constraint import CompiledConstraint, PoseConstraint
+from skillfold.keyframes.grown import REACH, Found, Question, Targets, dense
 from skillfold.keyframes.kernels import problem as slots
 from skillfold.keyframes.kernels.reaching import reach
-from skillfold.keyframes.rrtstar import REACH, Found, Question, Targets, dense
 from skillfold.robots.obstacles import Obstacles
 from skillfold.robots.robot import Robot
 from skillfold.tables import table_of
@@ -65,6 +65,7 @@ class Leg:
         clear, tool = self.obstacles.compiled(), self.robot.compiled_tool()
         margin = min(KEPT * self.obstacles.margin, 0.5 * float(self.obstacles.clearance(start)))
         turning = np.array([kind == "continuous" for kind in self.robot.space.kinds])
+        limits = np.stack(self.robot.limits)
         functions = hold.excess, hold.project, goal.excess, clear.clearance, clear.edge
         goal_level = -np.inf if self.goal is None else self.goal_level
         arrays = {
@@ -76,14 +77,14 @@ class Leg:
             slots.GOAL: goal.arguments,
             slots.OBSTACLES: clear.arguments,
             slots.NUMBERS: np.array([self.level, goal_level, margin, REACH]),
-            slots.LIMITS: np.stack(self.robot.limits),
+            slots.LIMITS: limits,
             slots.TURNING: turning,
             slots.MIDDLE: self.chart.middle,
             slots.AXIS: self.axis,
             slots.METRIC: self.metric,
         }
         table = table_of(arrays, slots.SLOTS, self.robot, hold, goal, clear)
-        return Question(table, margin, turning), [hold, goal]
+        return Question(table, margin, turning, limits), [hold, goal]
 
     def search(
         self, search: Search, start: Array, begun: float, deadline: float, first: bool, seed: int

@@ -9,9 +9,9 @@ import numpy as np
 
 from skillfold.check import Check
 from skillfold.keyframes.envelope import SoftEnvelope
+from skillfold.keyframes.grown import Found, Targets
 from skillfold.keyframes.legs import Leg, Search, whitening
 from skillfold.keyframes.region import PoseRegion
-from skillfold.keyframes.rrtstar import Found, Targets
 from skillfold.robots.obstacles import Obstacles
 from skillfold.robots.robot import Robot
 
@@ -25,6 +25,7 @@ SLACK, GOAL_SLACK, ONWARD_SLACK = (
     0.15,
 )  # of a gate's width: kept all along, at the end, before the next pair
 TOLERANCE = 1e-6  # metres: rounding
+DEEPER = 0.15  # of the way to the goal's centre that ends are looked for, inside its border
 CHECKS = 3  # paths that may fail the check, which looks more closely, before there is none
 ENTRY = 0.3  # share of the time for the way into a reduced envelope
 
@@ -168,7 +169,12 @@ def _leg(
     slack: float = GOAL_SLACK,
 ) -> Leg:
     chart = hold.chart
-    targets = Targets(lambda n, seed: chart.to_chart(hold.sample(n, seed)), goals, asked.robot.sample)
+
+    def aim(states: Array) -> Array:
+        nearest = chart.to_chart(goal.project(asked.robot.forward(states)))
+        return nearest + DEEPER * (goal.ends[1] - nearest)
+
+    targets = Targets(lambda n, seed: chart.to_chart(hold.sample(n, seed)), goals, asked.robot.sample, aim)
     # Where the start has less than the slack, poses may have as little.
     excess = float(np.sqrt(hold.membership(asked.robot.forward(start))[0])) - 1.0
     level = float(np.clip(excess, -SLACK, 0.0))

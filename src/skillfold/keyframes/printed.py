@@ -6,9 +6,9 @@ from time import perf_counter
 import numpy as np
 
 from skillfold.jit import compile_for
+from skillfold.keyframes.grown import Array, Found, Grown, Question, Targets, facing_path, length_of, way_to
 from skillfold.keyframes.kernels import printed as kernel
 from skillfold.keyframes.kernels import rrtstar
-from skillfold.keyframes.rrtstar import Array, Found, Grown, Question, Targets, facing_path, length_of, way_to
 
 BATCH = 8  # targets between two looks at the clock
 ROOM = 20_000  # nodes
@@ -31,12 +31,12 @@ def search_printed(
     rrtstar.plant(question.table.entries, tree.table.entries, start)
     found = Found(np.empty((0, dof)))
     while perf_counter() < deadline and tree.count < ROOM and not len(tree.goals()):
-        drawn, _, _ = targets.draw(rng, BATCH)
+        drawn = targets.draw(rng, BATCH)[0]
         anywhere = rng.uniform(0.0, TURN, (BATCH, dof))
         found.iterations += kernel.grow_printed(question.table.entries, tree.table.entries, drawn, anywhere)
     found.nodes, goals = tree.count, tree.goals()
     if len(goals):
-        found.path = facing_path(way_to(tree, int(goals[0]), question.turning), question.turning)
+        found.path = facing_path(tree.nodes.q[way_to(tree, int(goals[0]))], question.turning)
         found.cost, found.first = length_of(found.path), perf_counter() - begun
         found.costs.append((found.first, found.cost))
     return found

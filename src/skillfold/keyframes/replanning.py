@@ -7,8 +7,8 @@ import numpy as np
 
 from skillfold.errors import InputError
 from skillfold.keyframes.asking import obstacles_of, read_start, start_trouble
+from skillfold.keyframes.grown import facing_path
 from skillfold.keyframes.planning import plan_skill
-from skillfold.keyframes.rrtstar import facing_path
 from skillfold.motion import Path, Plan
 from skillfold.robots.obstacles import Obstacles
 from skillfold.robots.robot import Robot
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 ON_PATH = 0.02  # radians from the nearest state: farther off, the path says nothing of how to go on
+SECONDS = 0.1  # that a fresh plan may take, unless told otherwise: obstacles move on meanwhile
 STRAIGHT = 1e-9  # radians that a state may lie off the chord of its neighbours
 
 
@@ -33,7 +34,7 @@ def replan_skill(skill: "KeyframeSkill", plan: Plan, robot: Robot, scene: Any, q
         plan: to be kept, if possible.
         scene: as in `plan_skill`; `robot.obstacles(scene)` and then its `move` are the fastest.
         q: where the robot is (dof,); None is the start of the plan.
-        options: of `plan_skill`.
+        options: of `plan_skill`; its time_limit is .1 s here unless given.
 
     Returns:
         A plan whose `stats` have `kept`, whether it is the old one, and `seconds`.
@@ -51,7 +52,7 @@ def replan_skill(skill: "KeyframeSkill", plan: Plan, robot: Robot, scene: Any, q
         return _kept(plan, rest, robot, begun, at)
     if "start_at" not in options and plan.stats.get("pairs"):
         options["start_at"] = pair_at(plan, at)
-    fresh = plan_skill(skill, robot, here, obstacles, **options)
+    fresh = plan_skill(skill, robot, here, obstacles, **({"time_limit": SECONDS} | options))
     fresh.stats.update(kept=False, seconds=perf_counter() - begun)
     return fresh
 

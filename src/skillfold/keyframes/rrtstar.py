@@ -1,122 +1,35 @@
 """PCTC-RRT* around its kernels: batches of targets, time, the best way so far."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import cache
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from skillfold.jit import compile_for
+from skillfold.keyframes.grown import (
+    REACH,
+    ROOM,
+    Array,
+    Batch,
+    Found,
+    Grown,
+    Question,
+    Targets,
+    dense,
+    facing_path,
+    length_of,
+    way_to,
+)
 from skillfold.keyframes.kernels import rrtstar as kernel
-from skillfold.keyframes.kernels.nodes import Tree
 from skillfold.keyframes.kernels.reaching import reach
 from skillfold.keyframes.kernels.shortcuts import shorten
-from skillfold.tables import Table, table_of
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
-Indices = np.ndarray[Any, np.dtype[np.int64]]
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
-
-ROOM = 20_000  # nodes of a tree
-REACH = 0.3  # η, radians: longest edge of a tree
-FROM_TREE = 0.8  # share of the targets that are approached from the tree
-GOAL_BIAS = 0.2  # share that is drawn from the goal
 BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
 SHORTCUTS = 20  # tried on each path
-TURN = 2 * np.pi
-
-
-class Grown:
-    """A tree in Python's hands, and its table."""
-
-    def __init__(self, limit: int, dof: int) -> None:
-        """Room for `limit` nodes of a robot with `dof` joints."""
-        parents, children, siblings, goals, proven = (np.empty(limit, np.int64) for _ in range(5))
-        states, poses, count = np.empty((limit, dof)), np.empty((limit, 6)), np.zeros(1, np.int64)
-        costs, weights, squares = (np.empty(limit) for _ in range(3))
-        self.nodes = Tree(states, poses, costs, parents, children, siblings, goals, count, proven, weights, squares)
-        self.table = table_of(dict(enumerate(self.nodes)), len(self.nodes))
-
-    @property
-    def count(self) -> int:
-        """How many nodes there are, lost ones too."""
-        return int(self.nodes.size[0])
-
-    def copied(self) -> tuple[Array, Indices]:
-        """Joint positions (n, D) of the nodes, and the parent (n,) of each."""
-        return self.nodes.q[: self.count].copy(), self.nodes.parents[: self.count].copy()
-
-    def goals(self) -> Indices:
-        """Nodes in the goal."""
-        return np.flatnonzero(self.nodes.goals[: self.count])
-
-
-@dataclass(frozen=True)
-class Question:
-    """A problem as compiled loops take it.
-
-    Attributes:
-        table: see `kernels.problem`.
-        margin: clearance [m] that edges keep.
-        turning: (D,) which joints are continuous.
-    """
-
-    table: Table
-    margin: float
-    turning: Flags
-
-
-@dataclass(frozen=True)
-class Targets:
-    """Where targets come from.
-
-    Attributes:
-        inside, goal: (count, seed) → chart coordinates (count, 6) inside, and in the goal.
-        states: (count, seed) → random joint positions (count, D) within limits.
-        end: (D,) joint positions that are the goal, where it is no region.
-    """
-
-    inside: Callable[[int, int], Array]
-    goal: Callable[[int, int], Array]
-    states: Callable[[int, int], Array]
-    end: Array | None = None
-
-    def draw(self, rng: np.random.Generator, count: int) -> tuple[Array, Array, Array]:
-        """Targets (count, 6), how each is used, and random joint positions (count, D)."""
-        kinds = np.where(rng.random(count) < FROM_TREE, kernel.FROM_TREE, kernel.FROM_START)
-        goals = np.flatnonzero(rng.random(count) < GOAL_BIAS)
-        seeds = rng.integers(2**31, size=3).tolist()
-        targets, states = self.inside(count, seeds[0]), self.states(count, seeds[1])
-        targets[goals] = self.goal(len(goals), seeds[2])
-        if self.end is not None:
-            kinds[goals[::2]] = kernel.END
-            states[goals[::2]] = self.end
-        return targets, kinds, states
-
-
-@dataclass
-class Found:
-    """The best way and how it was found.
-
-    Attributes:
-        path: (n, D) joint positions, each facing the one before; empty where there is none.
-        cost: its length [rad]; infinite where there is none.
-        nodes: of the tree.
-        iterations: targets used.
-        first: seconds until the first way was there, NaN where there is none.
-        costs: (seconds, cost) of each better way.
-        tree: joint positions (n, D) of the nodes, and the parent (n,) of each, -1 for the root.
-    """
-
-    path: Array
-    cost: float = np.inf
-    nodes: int = 0
-    iterations: int = 0
-    first: float = np.nan
-    costs: list[tuple[float, float]] = field(default_factory=list)
-    tree: tuple[Array, Indices] | None = None
+TREES, SHARE = 6, 0.1  # trees that are begun anew where time is left, and the share of it that they may take
+LOCAL = 48  # targets of a batch that shortens the best way
+BESIDE, AIMED = 0.5, 0.25  # shares of them beside it in joint space, and toward another end from somewhere on it
+SPREADS = (0.03, 0.1, 0.3)  # radians: how far beside
 
 
 @cache
@@ -124,7 +37,7 @@ def prepare() -> None:
     """Have the compiled loops ready, once: no time limit should have to wait for them."""
     table, rows, flag = np.empty(0, np.int64), np.empty((0, 0)), True
     compile_for(kernel.plant, table, table, rows.ravel())
-    compile_for(kernel.grow, table, table, rows, table, rows, flag)
+    compile_for(kernel.grow, table, table, rows, table, table, rows, flag)
     compile_for(kernel.prove, table, table, 0)
     compile_for(shorten, table, rows, 0, rows)
     compile_for(reach, table, rows, rows)
@@ -135,117 +48,147 @@ def search(
 ) -> Found:
     """A way from joint positions `start` (D,), whose pose is inside, to a pose inside the goal.
 
+    Where the first way is not enough, a few more trees are grown to a first way: they differ more than a tree
+    improves in the same time. The last one then grows on, with the best way in it.
+
     Args:
         question: what is asked.
-        start: the root of the tree.
+        start: the root of the trees.
         targets: where targets come from.
         begun, deadline: when the clock of the answer started, and when to give up or stop; seconds of `perf_counter`.
         first: whether the first way is enough; else it is made better until the deadline.
         seed: same seed, same targets.
     """
-    rng = np.random.default_rng(seed)
-    tree = Grown(ROOM, len(start))
-    kernel.plant(question.table.entries, tree.table.entries, start)
-    found, turn = Found(np.empty((0, len(start)))), 0
-    if tree.nodes.goals[0]:
-        return Found(np.stack([start, start]), 0.0, 1, 0, perf_counter() - begun, [(perf_counter() - begun, 0.0)])
-    while (turn == 0 or perf_counter() < deadline) and tree.count < ROOM:
-        batch = targets.draw(rng, BATCHES[min(turn, len(BATCHES) - 1)])
+    found = Found(np.empty((0, len(start))))
+    anew = perf_counter() + SHARE * (deadline - perf_counter())
+    turn = 0
+    while True:
+        growth = Growth(question, start, targets, begun, np.random.default_rng([seed, turn]))
+        growth.find(deadline)
+        found.take(growth.found)
         turn += 1
-        if _use(question, tree, batch, found, rng, begun, first) and first:
+        if first or turn == TREES or perf_counter() > anew:
             break
-    found.nodes, found.tree = tree.count, tree.copied()
+    if not first and len(found.path):
+        growth.improve(found, deadline)
+    found.tree = growth.tree.copied()
     return found
 
 
-def _use(
-    question: Question,
-    tree: Grown,
-    batch: tuple[Array, Array, Array],
-    found: Found,
-    rng: np.random.Generator,
-    begun: float,
-    first: bool,
-) -> bool:
-    """Grow the tree by a batch of targets, or until a first way is found; whether a better one was."""
-    used, better = 0, False
-    while used < len(batch[0]) and tree.count < ROOM:
-        used += kernel.grow(question.table.entries, tree.table.entries, *(part[used:] for part in batch), first)
-        better = improve(question, tree, found, rng, begun)
-        if better and first:
-            break
-        if better:
-            give_back(question, tree, found.path)
-    found.iterations += used
-    return better
+class Growth:
+    """One tree that grows, and the best way in it."""
+
+    def __init__(
+        self, question: Question, start: Array, targets: Targets, begun: float, rng: np.random.Generator
+    ) -> None:
+        """See `search`; `rng` draws all that is random."""
+        self.question, self.targets, self.begun, self.rng = question, targets, begun, rng
+        self.tree, self.found, self.chain = (
+            Grown(ROOM, len(start)),
+            Found(np.empty((0, len(start)))),
+            np.zeros(0, int),
+        )
+        kernel.plant(question.table.entries, self.tree.table.entries, start)
+
+    def find(self, deadline: float) -> None:
+        """Grow until a first way is found, or time is up."""
+        turn = 0
+        if self.tree.nodes.goals[0]:
+            self.note(np.repeat(self.tree.nodes.q[:1], 2, axis=0))
+        while not len(self.found.path) and (turn == 0 or perf_counter() < deadline) and self.tree.count < ROOM:
+            batch = self.targets.draw(self.rng, BATCHES[min(turn, len(BATCHES) - 1)])
+            used, turn = 0, turn + 1
+            while used < len(batch[0]) and self.tree.count < ROOM and not len(self.found.path):
+                used += self.grow(_rest(batch, used), True)
+                self.look()
+            self.found.iterations += used
+        self.found.nodes = self.tree.count
+
+    def improve(self, best: Found, deadline: float) -> None:
+        """Make the best way of all trees, taken into this one, shorter until time is up."""
+        nodes, iterations = best.nodes - self.found.nodes, best.iterations
+        self.found = best
+        self.give_back()
+        while perf_counter() < deadline and self.tree.count < ROOM and best.cost > 0.0:
+            iterations += self.grow(self.local(LOCAL), False)
+            better = self.look()
+            if self.polish() or better:
+                self.give_back()
+        best.nodes, best.iterations = nodes + self.tree.count, iterations
+
+    def grow(self, batch: Batch, first: bool) -> int:
+        """Use a batch of targets; how many were used."""
+        return kernel.grow(self.question.table.entries, self.tree.table.entries, *batch, first)
+
+    def local(self, count: int) -> Batch:
+        """Targets once there is a way: near it in joint space (local bias), another end of it, or anywhere."""
+        targets, kinds, froms, states = self.targets.draw(self.rng, count)
+        use = self.rng.random(count)
+        near = np.flatnonzero(use < BESIDE)
+        path = self.found.path
+        edges, share = self.rng.integers(len(path) - 1, size=len(near)), self.rng.random((len(near), 1))
+        points = path[edges] + share * (path[edges + 1] - path[edges])
+        spread = self.rng.choice(SPREADS, (len(near), 1))
+        states[near] = np.clip(points + spread * self.rng.standard_normal(points.shape), *self.question.limits)
+        kinds[near] = kernel.JOIN
+        chain = self.chain[np.isfinite(self.tree.nodes.costs[self.chain])]  # what is not lost
+        if self.targets.aim is not None and len(chain):
+            ends = np.flatnonzero(use > 1.0 - AIMED)
+            froms[ends] = self.rng.choice(chain, len(ends))
+            targets[ends], kinds[ends] = self.targets.aim(self.tree.nodes.q[froms[ends]]), kernel.FROM_TREE
+        return targets, kinds, froms, states
+
+    def look(self) -> bool:
+        """Take the tree's best way where it is better than what was found, and shorten it; whether it was."""
+        best = self.proven_goal()
+        if best < 0:
+            return False
+        if np.isnan(self.found.first):
+            self.found.first = perf_counter() - self.begun
+        path = facing_path(self.tree.nodes.q[way_to(self.tree, best)], self.question.turning)
+        return self.note(self.shortened(path))
+
+    def polish(self) -> bool:
+        """Try other shortcuts; whether any was one."""
+        return self.note(self.shortened(self.found.path))
+
+    def note(self, path: Array) -> bool:
+        """Keep a path where it is better; whether it is."""
+        cost, found = length_of(path), self.found
+        if not cost < found.cost - 1e-9:
+            return False
+        found.path, found.cost = path, cost
+        found.costs.append((perf_counter() - self.begun, cost))
+        if np.isnan(found.first):
+            found.first = found.costs[-1][0]
+        return True
+
+    def proven_goal(self) -> int:
+        """The goal node that costs least, its way clear all along; -1 where none costs less than what was found."""
+        while True:
+            goals, costs = self.tree.goals(), self.tree.nodes.costs
+            best = int(goals[costs[goals].argmin()]) if len(goals) else -1
+            if best < 0 or not costs[best] < self.found.cost - 1e-9:
+                return -1
+            if kernel.prove(self.question.table.entries, self.tree.table.entries, best):
+                return best
+
+    def give_back(self) -> None:
+        """Make the states of the best way nodes of the tree."""
+        states = dense(self.found.path, REACH)[1:].copy()
+        count, before = len(states), self.tree.count
+        joined = np.full(count, kernel.JOIN), np.full(count, -1)
+        self.grow((np.empty((count, 6)), *joined, states), False)
+        self.chain = np.arange(before, self.tree.count)
+
+    def shortened(self, path: Array) -> Array:
+        """A path with shortcuts; no longer than before."""
+        picks = self.rng.random((SHORTCUTS, 2))
+        room = np.empty((len(path) + 2 * len(picks), path.shape[1]))
+        room[: len(path)] = path
+        return room[: shorten(self.question.table.entries, room, len(path), picks)].copy()
 
 
-def improve(question: Question, tree: Grown, found: Found, rng: np.random.Generator, begun: float) -> bool:
-    """Take the tree's best way where it is better than what was found, and shorten it; whether that was better."""
-    best = proven_goal(question, tree, found.cost)
-    if best < 0:
-        return False
-    if np.isnan(found.first):
-        found.first = perf_counter() - begun
-    path = way_to(tree, best, question.turning)
-    short = shortened(question, path, rng.random((SHORTCUTS, 2)))
-    cost = length_of(short)
-    if not cost < found.cost:
-        return False
-    found.path, found.cost = short, cost
-    found.costs.append((perf_counter() - begun, cost))
-    return True
-
-
-def proven_goal(question: Question, tree: Grown, cost: float) -> int:
-    """The goal node that costs least, its way clear all along; -1 where none costs less than `cost`."""
-    while True:
-        goals, costs = tree.goals(), tree.nodes.costs
-        best = int(goals[costs[goals].argmin()]) if len(goals) else -1
-        if best < 0 or not costs[best] < cost - 1e-9:
-            return -1
-        if kernel.prove(question.table.entries, tree.table.entries, best):
-            return best
-
-
-def give_back(question: Question, tree: Grown, path: Array) -> None:
-    """Make the states of a path nodes of the tree."""
-    states = dense(path, REACH)[1:].copy()
-    kinds, targets = np.full(len(states), kernel.JOIN), np.empty((len(states), 6))
-    kernel.grow(question.table.entries, tree.table.entries, targets, kinds, states, False)
-
-
-def shortened(question: Question, path: Array, picks: Array) -> Array:
-    """A path with shortcuts; no longer than before."""
-    room = np.empty((len(path) + 2 * len(picks), path.shape[1]))
-    room[: len(path)] = path
-    return room[: shorten(question.table.entries, room, len(path), picks)].copy()
-
-
-def way_to(tree: Grown, node: int, turning: Flags) -> Array:
-    """The way (n, D) from the root to a node, each state facing the one before."""
-    nodes = [node]
-    while tree.nodes.parents[nodes[-1]] >= 0:
-        nodes.append(int(tree.nodes.parents[nodes[-1]]))
-    return facing_path(tree.nodes.q[nodes[::-1]], turning)
-
-
-def facing_path(states: Array, turning: Flags) -> Array:
-    """States (n, D) with full turns of continuous joints added so that none is passed between two states."""
-    steps = np.diff(states, axis=0)
-    steps[:, turning] -= TURN * np.floor(steps[:, turning] / TURN + 0.5)
-    return np.vstack([states[:1], states[0] + np.cumsum(steps, axis=0)])
-
-
-def length_of(path: Array) -> float:
-    """Length [rad] of a path (n, D)."""
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-
-
-def dense(path: Array, spacing: float) -> Array:
-    """The path (n, D) with more states on its edges, none farther apart than `spacing`; ends and corners are kept."""
-    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    counts = np.maximum(np.ceil(lengths / spacing - 1e-9), 1).astype(int)
-    edges = np.repeat(np.arange(len(counts)), counts)
-    share = (np.arange(len(edges)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[edges]
-    return np.vstack([path[edges] + share[:, None] * (path[edges + 1] - path[edges]), path[-1:]])
+def _rest(batch: Batch, used: int) -> Batch:
+    targets, kinds, froms, starts = batch
+    return targets[used:], kinds[used:], froms[used:], starts[used:]

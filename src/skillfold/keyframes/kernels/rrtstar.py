@@ -105,7 +105,9 @@ def plant(table: Indices, nodes: Indices, q: Array) -> None:
 
 
 @njit
-def grow(table: Indices, nodes: Indices, targets: Array, kinds: Indices, starts: Array, first: bool) -> int:
+def grow(
+    table: Indices, nodes: Indices, targets: Array, kinds: Indices, froms: Indices, starts: Array, first: bool
+) -> int:
     """Grow a tree by a batch of targets; how many were used: fewer where the tree is full or a first goal is found.
 
     Args:
@@ -114,6 +116,7 @@ def grow(table: Indices, nodes: Indices, targets: Array, kinds: Indices, starts:
         targets: (T, 6) chart coordinates.
         kinds: (T,) how each is used: `FROM_TREE`, `FROM_START`; `JOIN` and `END` take starts as they are, and `END`
             is a goal.
+        froms: (T,) nodes that `FROM_TREE` starts from; -1 is the nearest.
         starts: (T, D) random joint positions, overwritten.
         first: whether to stop at the first node in the goal.
     """
@@ -125,9 +128,9 @@ def grow(table: Indices, nodes: Indices, targets: Array, kinds: Indices, starts:
         newest = -1
         if kinds[t] == FROM_TREE:
             whitened(problem, targets[t], white)
-            near = nearest(tree, white)
+            near = froms[t] if froms[t] >= 0 else nearest(tree, white)
             newest = extend(problem, tree, near, targets[t], work)
-            if newest < 0:
+            if newest < 0 and froms[t] < 0:
                 tree.weights[near] *= REFUSED
         elif kinds[t] >= JOIN or get_inside(problem, starts[t], targets[t], work):
             newest = connect(problem, tree, starts[t], work)
