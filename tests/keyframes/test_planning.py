@@ -229,3 +229,15 @@ def test_any_start_is_answered(q, seed):
     plan = skill_of((0.40, -0.24, 0.13), (0.40, 0.24, 0.15)).plan(arm(), q, SCENE, seed=seed, time_limit=0.05)
     assert plan.success or plan.reason
     assert np.isfinite(plan.path.states).all()
+
+
+@pytest.mark.parametrize("variant", sorted(VARIANTS))
+def test_plans_keep_their_tree(robot, skill, start, variant):
+    """Nodes with their parents: the first is the start, all others hang on earlier or rewired ones, in no circle."""
+    states, parents = skill.plan(robot, start, SCENE, variant=variant, time_limit=2.0, seed=1).stats["tree"]
+    np.testing.assert_array_equal(states[0], start)
+    assert states.shape == (len(parents), 6) and np.isfinite(states).all() and parents[0] == -1
+    at = np.arange(len(parents))
+    for _ in range(len(parents)):
+        at = np.where(at > 0, parents[at], at)
+    assert (at == 0).all()

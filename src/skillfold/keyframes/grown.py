@@ -39,8 +39,11 @@ class Grown:
         return int(self.nodes.size[0])
 
     def copied(self) -> tuple[Array, Indices]:
-        """Joint positions (n, D) of the nodes, and the parent (n,) of each, negative where there is none."""
-        return self.nodes.q[: self.count].copy(), self.nodes.parents[: self.count].copy()
+        """Joint positions (n, D) of the nodes that are not lost, and the parent (n,) of each; -1 is the root's."""
+        kept = np.flatnonzero(np.isfinite(self.nodes.costs[: self.count]))
+        parents = np.searchsorted(kept, self.nodes.parents[kept])
+        parents[0] = -1
+        return self.nodes.q[kept], parents
 
     def goals(self) -> Indices:
         """Nodes in the goal."""
@@ -71,8 +74,8 @@ class Targets:
     Attributes:
         inside, goal: (count, seed) → chart coordinates (count, 6) inside, and in the goal.
         states: (count, seed) → random joint positions (count, D) within limits.
-        aim: joint positions (n, D) → chart coordinates (n, 6) of what is nearest to their poses in the goal; None where
-            that is no region.
+        aim: joint positions (n, D) → chart coordinates (n, 6) of what is nearest to their poses in the goal; None
+            where that is no region.
         end: (D,) joint positions that are the goal, where it is no region.
     """
 
@@ -106,7 +109,7 @@ class Found:
         iterations: targets used.
         first: seconds until the first way was there, NaN where there is none.
         costs: (seconds, cost) of each better way.
-        tree: joint positions (n, D) of the nodes, and the parent (n,) of each; None where it was not kept.
+        tree: joint positions (n, D) of the last tree's nodes, and the parent (n,) of each.
     """
 
     path: Array

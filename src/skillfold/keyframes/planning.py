@@ -65,7 +65,7 @@ def plan_skill(
         A plan by route "envelope", its states .01 rad apart. Of `stats`: nodes, iterations; first_solution [s], after
         the call; gate_factor; costs, (seconds, length [rad]) of each better path; pair, the first; pairs, of each its
         number, the states it starts (`from`) and is inside the reduced envelope at (`entered`), gate_factor, nodes;
-        entered and check of the last.
+        entered, check and tree of the last, the tree as joint positions (n, dof) and parents (n,).
 
     Raises:
         InputError: says what was given and what was expected.

@@ -52,7 +52,8 @@ def replan_skill(skill: "KeyframeSkill", plan: Plan, robot: Robot, scene: Any, q
         return _kept(plan, rest, robot, begun, at)
     if "start_at" not in options and plan.stats.get("pairs"):
         options["start_at"] = pair_at(plan, at)
-    fresh = plan_skill(skill, robot, here, obstacles, **({"time_limit": SECONDS} | options))
+    options.setdefault("time_limit", SECONDS)
+    fresh = plan_skill(skill, robot, here, obstacles, **options)
     fresh.stats.update(kept=False, seconds=perf_counter() - begun)
     return fresh
 
