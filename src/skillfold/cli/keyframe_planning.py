@@ -17,8 +17,8 @@ ELSEWHERE = ("goal", "via", "points", "route", "method", "recordings")  # option
 POSES = 50  # of the first gate that a start is looked for at, the mean first
 
 
-def plan(asked: "Plan") -> int:
-    """Plan, write, report.
+def plan(asked: "Plan", around: "Obstacles | None") -> int:
+    """Plan among obstacles, write, report.
 
     Raises:
         InputError: options that mean nothing here, no robot, a start that is none.
@@ -26,9 +26,6 @@ def plan(asked: "Plan") -> int:
     given = [f"--{name}" for name in ELSEWHERE if getattr(asked, name)]
     if given:
         raise InputError(f"{', '.join(given)}: {asked.skill} is a skill of keyframes, which has its own goal.")
-    from skillfold.cli.planning import obstacles
-
-    around = obstacles(asked.robot, asked.scene, asked.margin)
     if around is None:
         raise InputError(f"{asked.skill} is a skill of keyframes: name the robot whose tool it is for, --robot jaco.")
     out = None if asked.out is None else files.writable(asked.out)

@@ -78,7 +78,7 @@ class Plan:
         if files.kind(self.skill) == "keyframes":
             from skillfold.cli.keyframe_planning import plan
 
-            return plan(self)
+            return plan(self, obstacles(self.robot, self.scene, self.margin))
         out = None if self.out is None else files.writable(self.out)
         skill = files.load(self.skill)
         plan = self._plan(skill)

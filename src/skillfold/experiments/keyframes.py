@@ -36,8 +36,8 @@ class Counts:
     bits: int = 4
     cost_draws: int = 2
     cost_seeds: int = 2
-    turned_draws: int = 30
-    turned_seeds: int = 5
+    turned_draws: int = 60
+    turned_seeds: int = 6
     narrow_draws: int = 3
     walls: int = 10
     episodes: int = 20

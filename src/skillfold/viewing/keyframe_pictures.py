@@ -17,15 +17,15 @@ from skillfold.experiments.keyframe_runs import ALPHAS
 from skillfold.motion import Array
 from skillfold.robots.shapes import Box
 from skillfold.viewing.envelope_pictures import CHILD, PARENT, flat, positions
-from skillfold.viewing.style import FAINT, INK, PLANS, SOFT, TUNNEL, figure, save, style
+from skillfold.viewing.style import INK, PLANS, TUNNEL, figure, save, style
 
 COLORS = (*PLANS, "#7a3b8f")
 SIZE = (1000, 760)  # pixels of a scene
-CAMERA: dict[str, Any] = {"distance": 1.3, "azimuth": 152.0, "elevation": -24.0, "size": SIZE}
-TOWARD = (0.36, 0.0, 0.25)
+CAMERA: dict[str, Any] = {"distance": 1.12, "azimuth": 152.0, "elevation": -24.0, "size": SIZE}
+TOWARD = (0.37, -0.02, 0.27)
 FOG = 26  # ellipsoids that an envelope is drawn by
 SHOWN = 0.5  # share of the first path at which the arm is drawn
-LOOKS = {"scene: table": "#e9e4dc", "scene: wine glass": "#9cc7e3", "scene: cracker box": "#d0533f"}
+LOOKS = {"scene: table": "#f4f1ec", "scene: wine glass": "#9cc7e3", "scene: cracker box": "#d0533f"}
 LOOKS |= {"scene: coffee can": "#c98b3c", "held: cherry": "#b3122f", "held: parcel": "#5b7f5a"}
 VIEWS = {"from the side": (0, 2), "from above": (0, 1)}
 
@@ -133,7 +133,7 @@ def _marks(chapter: Chapter) -> list[Any]:
     marks = [Mark(means[1:-1], (*rgb(TUNNEL), 0.018), shapes=covariances[1:-1])]
     marks += [Mark(means[[k]], (*rgb(c), 0.13), shapes=covariances[[k]]) for k, c in ((0, PARENT), (-1, CHILD))]
     for edge in tree_edges(chapter):
-        marks.append(Mark(edge, (*rgb(SOFT), 0.9), 0.0012))
+        marks.append(Mark(edge, (*rgb(INK), 0.5), 0.001))
     for path, color in zip(chapter.paths(100.0), COLORS, strict=False):
         marks.append(Mark(path[::3], (*rgb(color), 1.0), 0.0035))
     return marks
@@ -165,5 +165,5 @@ def _legend() -> list[Line2D]:
         Line2D([], [], color=CHILD, label="second Gaussian", **dot),
         Line2D([], [], color=TUNNEL, linewidth=2.0, label="edge of the envelope"),
         Line2D([], [], color=INK, linewidth=2.0, label="paths of the tool"),
-        Line2D([], [], color=FAINT, linewidth=2.0, label="tree"),
+        Line2D([], [], color=INK, linewidth=0.9, alpha=0.6, label="tree"),
     ]
