@@ -128,9 +128,11 @@ class Tree:
             return 0.0
         return self.cost(parent) + gap(self.twin.turning, self.q[parent], self.q[node])
 
-    def add(self, near, q):
+    def add(self, near, q, star):
         node, radius = len(self.q), np.sqrt(near_radius(len(self.q), len(q)))
         self.put(q, near)
+        if not star:
+            return node
         lengths = gap(self.twin.turning, np.array(self.q[:node]), q)
         close = [i for i in range(node) if lengths[i] < radius]
         through = {i: self.cost(i) + lengths[i] for i in close}
@@ -149,15 +151,15 @@ class Tree:
                 self.parents[i] = node
         return node
 
-    def try_add(self, near, q):
+    def try_add(self, near, q, star):
         pose = self.twin.robot.forward(q)
         fits = self.twin.is_inside(pose) and self.twin.is_clear(q) and self.twin.seems_to_hold(self.q[near], q)
-        return self.add(near, q) if fits else -1
+        return self.add(near, q, star) if fits else -1
 
     def nearest(self, white):
         return int((np.array(self.weights) * ((np.array(self.z) - white) ** 2).sum(1)).argmin())
 
-    def extend(self, target):
+    def extend(self, target, star):
         near = self.nearest(self.leg.metric @ target)
         q, last, newest, before = self.q[near].copy(), near, -1, np.inf
         for _ in range(rrtstar.STEPS):
@@ -165,7 +167,7 @@ class Tree:
             done = left < rrtstar.ARRIVED or left > rrtstar.PROGRESS * before
             before, length = left, gap(self.twin.turning, self.q[last], q)
             if length >= rrtstar.LEAST and (done or length >= 0.5 * REACH):
-                node = self.try_add(last, q)
+                node = self.try_add(last, q, star)
                 if node < 0:
                     break
                 last = newest = node
@@ -187,12 +189,12 @@ class Tree:
             before = left
         return None
 
-    def connect(self, q):
+    def connect(self, q, star):
         lengths = gap(self.twin.turning, np.array(self.q), q)
         last, newest = int(lengths.argmin()), -1
         q = self.q[last] + difference(self.twin.turning, self.q[last], q)
         for i in range(int(lengths.min() / REACH) + 1, 0, -1):
-            node = self.try_add(last, self.q[last] + (q - self.q[last]) / i)
+            node = self.try_add(last, self.q[last] + (q - self.q[last]) / i, star)
             if node < 0:
                 break
             last = newest = node
@@ -204,10 +206,10 @@ class Tree:
         for t, target in enumerate(targets):
             newest = -1
             if kinds[t] == rrtstar.FROM_TREE:
-                newest = self.extend(target)
+                newest = self.extend(target, not first)
             else:
                 q = starts[t] if kinds[t] >= rrtstar.JOIN else self.get_inside(starts[t], target)
-                newest = -1 if q is None else self.connect(q)
+                newest = -1 if q is None else self.connect(q, not first)
                 if kinds[t] == rrtstar.END and newest >= 0:
                     same = gap(self.twin.turning, self.q[newest], starts[t]) < 1e-9
                     self.goals[newest] = self.goals[newest] or bool(same)

@@ -14,7 +14,7 @@ nodes, problem = callable_of(_nodes), callable_of(_problem)
 
 
 def test_add_chooses_the_best_parent_and_rewires():
-    """`choose_parent` and `rewire`: what hangs near hangs nowhere better, by all edges that seem to hold."""
+    """`settle`, `choose_parent` and `rewire`: what is near hangs nowhere better, by edges that seem to hold."""
     world = asked()
     tree, twin, work = world.tree(), twins.Twin(world), problem.make_work(6)
     kernel.plant(world.table, tree.table.entries, world.start)
@@ -24,6 +24,7 @@ def test_add_chooses_the_best_parent_and_rewires():
             work.pose[:] = world.robot.forward(q)
             before = tree.nodes.costs[: tree.count].copy()
             node = nodes.add(world.problem, tree.nodes, 0, q, work)
+            nodes.settle(world.problem, tree.nodes, node, work)
             after = tree.nodes.costs
             # All are so near that every edge is tried: none to or from the new node would lower a cost.
             for other in range(node):

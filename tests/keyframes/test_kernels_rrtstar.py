@@ -51,8 +51,9 @@ def test_plant(world):
     np.testing.assert_allclose(tree.nodes.z[0], white, atol=1e-9)
 
 
+@pytest.mark.parametrize("first", [False, True])
 @pytest.mark.parametrize("kinds", [kernel.FROM_TREE, kernel.FROM_START, kernel.JOIN, kernel.END])
-def test_grow(world, kinds):
+def test_grow(world, kinds, first):
     """`extend`, `get_inside`, `connect`, `try_add`, `add` and all below: the same nodes hang on the same ones."""
     targets, _, froms, starts = batch(world, 25, kinds)
     if kinds >= kernel.JOIN:
@@ -60,8 +61,8 @@ def test_grow(world, kinds):
     kinds = np.full(25, kinds)
     tree, twin = world.tree(), twins.Tree(twins.Twin(world), world.start)
     kernel.plant(world.table, tree.table.entries, world.start)
-    used = kernel.grow(world.table, tree.table.entries, targets, kinds, froms, starts.copy(), False)
-    assert used == twin.grow(targets, kinds, starts, False) == 25
+    used = kernel.grow(world.table, tree.table.entries, targets, kinds, froms, starts.copy(), first)
+    assert used == twin.grow(targets, kinds, starts, first) and (first or used == 25)
     n = tree.count
     assert n == len(twin.q) > 1
     np.testing.assert_allclose(tree.nodes.q[:n], twin.q, atol=1e-6)

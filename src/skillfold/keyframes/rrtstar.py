@@ -26,7 +26,7 @@ from skillfold.keyframes.kernels.relaxing import relax
 from skillfold.keyframes.kernels.shortcuts import shorten
 
 BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
-SHORTCUTS = 20  # tried on each path
+SHORTCUTS = 12  # tried on each path
 MOVES = 60  # of places of a path, tried at a time
 PULL = 0.5  # of the moves that go toward the middle of the neighbours, too
 MOVED = (0.01, 0.03, 0.1, 0.3)  # radians: how far aside

@@ -103,13 +103,13 @@ def near_radius(count: int, dof: int) -> float:
 
 
 @inner
-def choose_parent(problem: Problem, tree: Tree, node: int, near: int, square: float, work: Work) -> None:
-    """Hang a node where its cost is least among those near; the edge to `near` is known to hold.
+def choose_parent(problem: Problem, tree: Tree, node: int, square: float, work: Work) -> None:
+    """Hang the newest node where its cost is least among those near.
 
     Squared lengths of edges from all nodes are left in `tree.squares`.
     """
-    best = math.sqrt(squared_gap(problem.turning, tree.q[near], tree.q[node]))
-    parent, cost = near, tree.costs[near] + best
+    near = parent = tree.parents[node]
+    cost = tree.costs[node]
     for i in range(node):
         tree.squares[i] = squared_gap(problem.turning, tree.q[i], tree.q[node])
     refused = -1.0
@@ -127,8 +127,10 @@ def choose_parent(problem: Problem, tree: Tree, node: int, near: int, square: fl
             parent, cost = found, least
             break
         refused = least
-    tree.costs[node] = cost
-    hang(tree.parents, tree.children, tree.siblings, node, parent)
+    if parent != near:
+        unhang(tree.parents, tree.children, tree.siblings, node)
+        hang(tree.parents, tree.children, tree.siblings, node, parent)
+        tree.costs[node] = cost
 
 
 @inner
@@ -149,10 +151,17 @@ def rewire(problem: Problem, tree: Tree, node: int, square: float, work: Work) -
 def add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> int:
     """A new node at q (D,), whose pose is `work.pose` and whose edge from node `near` holds; its number."""
     node = put(problem, tree, q, work)
-    square = near_radius(node, q.size)
-    choose_parent(problem, tree, node, near, square, work)
-    rewire(problem, tree, node, square, work)
+    tree.costs[node] = tree.costs[near] + math.sqrt(squared_gap(problem.turning, tree.q[near], q))
+    hang(tree.parents, tree.children, tree.siblings, node, near)
     return node
+
+
+@inner
+def settle(problem: Problem, tree: Tree, node: int, work: Work) -> None:
+    """RRT*: the newest node and those near it hang where their costs are least."""
+    square = near_radius(node, tree.q.shape[1])
+    choose_parent(problem, tree, node, square, work)
+    rewire(problem, tree, node, square, work)
 
 
 @inner

@@ -12,7 +12,17 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.keyframes.kernels.descent import descend, is_inside, tool_pose
 from skillfold.keyframes.kernels.edges import edge_is_clear, facing, is_clear, seems_to_hold, squared_gap
-from skillfold.keyframes.kernels.nodes import Tree, add, forget, has_room, nearest, put, tree_at, whitened
+from skillfold.keyframes.kernels.nodes import (
+    Tree,
+    add,
+    forget,
+    has_room,
+    nearest,
+    put,
+    settle,
+    tree_at,
+    whitened,
+)
 from skillfold.keyframes.kernels.problem import Problem, Work, make_work, problem_at
 from skillfold.planning.tree import branch, cut
 
@@ -29,14 +39,23 @@ SAME = 1e-18  # square radians between joint positions that are the same
 
 
 @inner
-def try_add(problem: Problem, tree: Tree, near: int, q: Array, work: Work) -> int:
-    """A new node at q (D,), whose pose is `work.pose`, hung near node `near`; -1 where there is no way or no room."""
-    fits = has_room(tree) and is_inside(problem.hold, work.pose) and is_clear(problem, q)
-    return add(problem, tree, near, q, work) if fits and seems_to_hold(problem, tree.q[near], q, work) else -1
+def try_add(problem: Problem, tree: Tree, near: int, q: Array, star: bool, work: Work) -> int:
+    """A new node at q (D,), whose pose is `work.pose`; -1 where there is no way from `near`, or no room.
+
+    It hangs on node `near`, or where `star` is set on the best of those near.
+    """
+    if not has_room(tree) or not is_inside(problem.hold, work.pose) or not is_clear(problem, q):
+        return -1
+    if not seems_to_hold(problem, tree.q[near], q, work):
+        return -1
+    node = add(problem, tree, near, q, work)
+    if star:
+        settle(problem, tree, node, work)
+    return node
 
 
 @inlined
-def extend(problem: Problem, tree: Tree, near: int, target: Array, work: Work) -> int:
+def extend(problem: Problem, tree: Tree, near: int, target: Array, star: bool, work: Work) -> int:
     """Grow from a node toward a target (6,) as far as poses are inside and edges hold; the last new node, or -1."""
     q, last, newest, before = work.q, near, -1, math.inf
     for k in range(q.size):
@@ -50,7 +69,7 @@ def extend(problem: Problem, tree: Tree, near: int, target: Array, work: Work) -
             if done:
                 break
             continue
-        node = try_add(problem, tree, last, q, work)
+        node = try_add(problem, tree, last, q, star, work)
         if node < 0:
             break
         last = newest = node
@@ -60,7 +79,7 @@ def extend(problem: Problem, tree: Tree, near: int, target: Array, work: Work) -
 
 
 @inlined
-def connect(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
+def connect(problem: Problem, tree: Tree, q: Array, star: bool, work: Work) -> int:
     """Grow straight toward joint positions q (D,) from the node that is nearest to them; the last new node, or -1."""
     last, newest, least, way = 0, -1, math.inf, work.q
     for i in range(tree.size[0]):
@@ -72,7 +91,7 @@ def connect(problem: Problem, tree: Tree, q: Array, work: Work) -> int:
         for k in range(q.size):
             way[k] = tree.q[last, k] + (q[k] - tree.q[last, k]) / i
         tool_pose(problem.tool, way, work.pose)
-        node = try_add(problem, tree, last, way, work)
+        node = try_add(problem, tree, last, way, star, work)
         if node < 0:
             break
         last = newest = node
@@ -118,7 +137,8 @@ def grow(
             is a goal.
         froms: (T,) nodes that `FROM_TREE` starts from; -1 is the nearest.
         starts: (T, D) random joint positions, overwritten.
-        first: whether to stop at the first node in the goal.
+        first: whether to stop at the first node in the goal. Nodes then hang where they were grown from: to choose
+            parents and to rewire takes half the time of a first way, and shortcuts do as much for it.
     """
     problem, tree = problem_at(table), tree_at(nodes)
     work, white = make_work(starts.shape[1]), np.empty(6)
@@ -129,11 +149,11 @@ def grow(
         if kinds[t] == FROM_TREE:
             whitened(problem, targets[t], white)
             near = froms[t] if froms[t] >= 0 else nearest(tree, white)
-            newest = extend(problem, tree, near, targets[t], work)
+            newest = extend(problem, tree, near, targets[t], not first, work)
             if newest < 0 and froms[t] < 0:
                 tree.weights[near] *= REFUSED
         elif kinds[t] >= JOIN or get_inside(problem, starts[t], targets[t], work):
-            newest = connect(problem, tree, starts[t], work)
+            newest = connect(problem, tree, starts[t], not first, work)
             if kinds[t] == END and newest >= 0 and squared_gap(problem.turning, tree.q[newest], starts[t]) < SAME:
                 tree.goals[newest] = 1
         if first and newest >= 0 and tree.goals[newest]:
