@@ -141,9 +141,14 @@ def way_to(tree: Grown, node: int) -> Indices:
 
 def facing_path(states: Array, turning: Flags) -> Array:
     """States (n, D) with full turns of continuous joints added so that none is passed between two states."""
-    steps = np.diff(states, axis=0)
+    return np.vstack([states[:1], states[0] + np.cumsum(facing_steps(np.diff(states, axis=0), turning), axis=0)])
+
+
+def facing_steps(steps: Array, turning: Flags) -> Array:
+    """Steps (n, D) less full turns of continuous joints."""
+    steps = steps.copy()
     steps[:, turning] -= TURN * np.floor(steps[:, turning] / TURN + 0.5)
-    return np.vstack([states[:1], states[0] + np.cumsum(steps, axis=0)])
+    return steps
 
 
 def length_of(path: Array) -> float:

@@ -17,12 +17,13 @@ from skillfold.keyframes.grown import (
     Targets,
     dense,
     facing_path,
+    facing_steps,
     length_of,
     way_to,
 )
 from skillfold.keyframes.kernels import rrtstar as kernel
 from skillfold.keyframes.kernels.reaching import reach
-from skillfold.keyframes.kernels.relaxing import relax
+from skillfold.keyframes.kernels.relaxing import approach, relax
 from skillfold.keyframes.kernels.shortcuts import shorten
 
 BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
@@ -30,11 +31,11 @@ SHORTCUTS = 12  # tried on each path
 MOVES = 60  # of places of a path, tried at a time
 PULL = 0.5  # of the moves that go toward the middle of the neighbours, too
 MOVED = (0.01, 0.03, 0.1, 0.3)  # radians: how far aside
-ROUNDS = 4  # of shortcuts and moves on the first way of each tree
-TREES, SHARE = 6, 0.3  # trees that are begun anew where time is left, and the share of it that they may take
-LOCAL = 48  # targets of a batch that shortens the best way
-BESIDE, AIMED = 0.5, 0.25  # shares of them beside it in joint space, and toward another end from somewhere on it
-SPREADS = (0.03, 0.1, 0.3)  # radians: how far beside
+LOCAL = 32  # targets of a batch that shortens the best way
+BESIDE, ENDED, AIMED = 0.7, 0.2, 0.1  # shares: beside it in joint space, to a near end, from it to other ends
+SPREADS = (0.03, 0.1, 0.3, 0.6)  # radians: how far beside
+STRAIGHT = 0.5  # of those beside it lie beside the straight edge to a near end instead
+ENDS, SLIDES, NEAR = 16, 300, 4  # descents to the goal, moves of each nearer to the start, and how many are kept
 
 
 @cache
@@ -47,6 +48,7 @@ def prepare() -> None:
     compile_for(shorten, table, rows, 0, rows)
     compile_for(reach, table, rows, rows)
     compile_for(relax, table, rows, 0, rows.ravel(), rows.ravel(), rows, flag)
+    compile_for(approach, table, rows.ravel(), rows, rows.ravel(), rows)
 
 
 def search(
@@ -54,33 +56,25 @@ def search(
 ) -> Found:
     """A way from joint positions `start` (D,), whose pose is inside, to a pose inside the goal.
 
-    Where the first way is not enough, a few more trees are grown to a first way: they differ more than a tree
-    improves in the same time. The last one then grows on, with the best way in it.
+    Where the first way is not enough, the tree goes on as RRT*, beside the best way and toward ends that lie near the
+    start in joint space: of a pose's postures most cost far more than the best, whatever the way.
 
     Args:
         question: what is asked.
-        start: the root of the trees.
+        start: the root of the tree.
         targets: where targets come from.
         begun, deadline: when the clock of the answer started, and when to give up or stop; seconds of `perf_counter`.
         first: whether the first way is enough; else it is made better until the deadline.
         seed: same seed, same targets.
     """
-    found = Found(np.empty((0, len(start))))
-    anew = perf_counter() + SHARE * (deadline - perf_counter())
-    turn = 0
-    while True:
-        growth = Growth(question, start, targets, begun, np.random.default_rng([seed, turn]))
-        growth.find(deadline)
-        for _ in range(0 if first else ROUNDS):
-            growth.polish()
-        found.take(growth.found)
-        turn += 1
-        if first or turn == TREES or perf_counter() > anew:
-            break
-    if not first and len(found.path):
-        growth.improve(found, deadline)
-    found.tree = growth.tree.copied()
-    return found
+    growth = Growth(question, start, targets, begun, np.random.default_rng(seed))
+    if not first:
+        growth.ends = growth.near_ends()
+    growth.find(deadline)
+    if not first and len(growth.found.path):
+        growth.improve(deadline)
+    growth.found.nodes, growth.found.tree = growth.tree.count, growth.tree.copied()
+    return growth.found
 
 
 class Growth:
@@ -90,12 +84,9 @@ class Growth:
         self, question: Question, start: Array, targets: Targets, begun: float, rng: np.random.Generator
     ) -> None:
         """See `search`; `rng` draws all that is random."""
-        self.question, self.targets, self.begun, self.rng = question, targets, begun, rng
-        self.tree, self.found, self.chain = (
-            Grown(ROOM, len(start)),
-            Found(np.empty((0, len(start)))),
-            np.zeros(0, int),
-        )
+        self.question, self.start, self.targets, self.begun, self.rng = question, start, targets, begun, rng
+        self.tree, self.found = Grown(ROOM, len(start)), Found(np.empty((0, len(start))))
+        self.chain, self.ends = np.zeros(0, int), np.empty((0, len(start)))
         kernel.plant(question.table.entries, self.tree.table.entries, start)
 
     def find(self, deadline: float) -> None:
@@ -104,47 +95,81 @@ class Growth:
         if self.tree.nodes.goals[0]:
             self.note(np.repeat(self.tree.nodes.q[:1], 2, axis=0))
         while not len(self.found.path) and (turn == 0 or perf_counter() < deadline) and self.tree.count < ROOM:
-            batch = self.targets.draw(self.rng, BATCHES[min(turn, len(BATCHES) - 1)])
+            count = BATCHES[min(turn, len(BATCHES) - 1)]
+            batch = self.local(count) if len(self.ends) else self.targets.draw(self.rng, count)
             used, turn = 0, turn + 1
             while used < len(batch[0]) and self.tree.count < ROOM and not len(self.found.path):
                 used += self.grow(_rest(batch, used), True)
                 self.look()
             self.found.iterations += used
-        self.found.nodes = self.tree.count
 
-    def improve(self, best: Found, deadline: float) -> None:
-        """Make the best way of all trees, taken into this one, shorter until time is up."""
-        nodes, iterations = best.nodes - self.found.nodes, best.iterations
-        self.found = best
+    def improve(self, deadline: float) -> None:
+        """Make the best way shorter until time is up."""
+        self.polish()
         self.give_back()
-        while perf_counter() < deadline and self.tree.count < ROOM and best.cost > 0.0:
-            iterations += self.grow(self.local(LOCAL), False)
+        while perf_counter() < deadline and self.tree.count < ROOM and self.found.cost > 0.0:
+            self.found.iterations += self.grow(self.local(LOCAL), False)
             better = self.look()
             if self.polish() or better:
                 self.give_back()
-        best.nodes, best.iterations = nodes + self.tree.count, iterations
 
     def grow(self, batch: Batch, first: bool) -> int:
         """Use a batch of targets; how many were used."""
         return kernel.grow(self.question.table.entries, self.tree.table.entries, *batch, first)
 
+    def near_ends(self) -> Array:
+        """Joint positions (n, D) in the goal, nearest to the start first; none where one is asked for."""
+        if self.targets.end is not None:
+            return self.ends
+        seeds = self.rng.integers(2**31, size=2).tolist()
+        states, targets = self.targets.states(ENDS, seeds[0]), self.targets.goal(ENDS, seeds[1])
+        states[::2] = self.start
+        reached, used = [], 0
+        while used < ENDS:
+            at = reach(self.question.table.entries, states[used:], targets[used:])
+            if at < 0:
+                break
+            reached.append(states[used + at])
+            used += at + 1
+        if not reached:
+            return self.ends
+        ends = self.start + facing_steps(np.array(reached) - self.start, self.question.turning)
+        approach(self.question.table.entries, self.start, ends, *self.moves(SLIDES))
+        return ends[np.linalg.norm(ends - self.start, axis=1).argsort()[:NEAR]]
+
+    def some_ends(self, count: int) -> Array:
+        """Near ends (count, D), the nearest most often; there must be some."""
+        if not count:
+            return self.ends[:0]
+        which = self.rng.exponential(1.0, count).astype(int)
+        return self.ends[np.minimum(which, len(self.ends) - 1)]
+
     def local(self, count: int) -> Batch:
-        """Targets once there is a way: near it in joint space (local bias), another end of it, or anywhere."""
+        """Targets near a good way (local bias): beside it, near ends, other ends from it; or anywhere."""
         targets, kinds, froms, states = self.targets.draw(self.rng, count)
         use = self.rng.random(count)
         near = np.flatnonzero(use < BESIDE)
-        path = self.found.path
-        edges, share = self.rng.integers(len(path) - 1, size=len(near)), self.rng.random((len(near), 1))
-        points = path[edges] + share * (path[edges + 1] - path[edges])
-        spread = self.rng.choice(SPREADS, (len(near), 1))
-        states[near] = np.clip(points + spread * self.rng.standard_normal(points.shape), *self.question.limits)
-        kinds[near] = kernel.JOIN
+        states[near], kinds[near] = self.beside(len(near)), kernel.JOIN
         chain = self.chain[np.isfinite(self.tree.nodes.costs[self.chain])]  # what is not lost
         if self.targets.aim is not None and len(chain):
             ends = np.flatnonzero(use > 1.0 - AIMED)
             froms[ends] = self.rng.choice(chain, len(ends))
             targets[ends], kinds[ends] = self.targets.aim(self.tree.nodes.q[froms[ends]]), kernel.FROM_TREE
+        if len(self.ends):
+            ends = np.flatnonzero(self.rng.random(count) < ENDED)
+            kinds[ends], states[ends] = kernel.JOIN, self.some_ends(len(ends))
         return targets, kinds, froms, states
+
+    def beside(self, count: int) -> Array:
+        """Joint positions (count, D) beside the best way, or beside the straight edge to a near end."""
+        points, share = np.empty((count, len(self.start))), self.rng.random((count, 1))
+        straight = self.rng.random(count) < (STRAIGHT if len(self.found.path) else 1.0) * (len(self.ends) > 0)
+        points[straight] = self.start + share[straight] * (self.some_ends(straight.sum()) - self.start)
+        if len(self.found.path):
+            path, edges = self.found.path, self.rng.integers(len(self.found.path) - 1, size=count)
+            points[~straight] = (path[edges] + share * (path[edges + 1] - path[edges]))[~straight]
+        aside = self.rng.choice(SPREADS, (count, 1)) * self.rng.standard_normal(points.shape)
+        return np.clip(points + aside, *self.question.limits)
 
     def look(self) -> bool:
         """Take the tree's best way where it is better than what was found, and shorten it; whether it was."""
@@ -192,11 +217,14 @@ class Growth:
     def relaxed(self, path: Array) -> Array:
         """A path with places moved; no longer than before."""
         path = dense(path, REACH)
-        pulls = self.rng.random(MOVES) * (self.rng.random(MOVES) < PULL)
-        moves = self.rng.choice(MOVED, (MOVES, 1)) * self.rng.standard_normal((MOVES, path.shape[1]))
         free = self.targets.end is None
-        relax(self.question.table.entries, path, len(path), self.rng.random(MOVES), pulls, moves, free)
+        relax(self.question.table.entries, path, len(path), self.rng.random(MOVES), *self.moves(MOVES), free)
         return path
+
+    def moves(self, count: int) -> tuple[Array, Array]:
+        """How far to go toward where it is shorter (count,), some not at all; and aside (count, D) [rad]."""
+        pulls = self.rng.random(count) * (self.rng.random(count) < PULL)
+        return pulls, self.rng.choice(MOVED, (count, 1)) * self.rng.standard_normal((count, len(self.start)))
 
     def shortened(self, path: Array) -> Array:
         """A path with shortcuts; no longer than before."""

@@ -86,3 +86,28 @@ def relax(table: Indices, path: Array, count: int, picks: Array, pulls: Array, m
                 path[i, k] = work.q[k]
             gained += gain
     return gained
+
+
+@njit
+def approach(table: Indices, origin: Array, states: Array, pulls: Array, moves: Array) -> None:
+    """Move joint positions (n, D) in the goal nearer to an origin (D,), in place, as far as they stay clear in it.
+
+    Args:
+        table: of the problem.
+        origin: such as the start: what ends far from it costs at least as much.
+        states: within half a turn of the origin where joints are continuous.
+        pulls: (r,) share of the way to the origin.
+        moves: (r, D) and aside [rad], both tried on each of the states.
+    """
+    problem, work = problem_at(table), make_work(origin.size)
+    for i in range(len(states)):
+        for r in range(len(pulls)):
+            before, after = 0.0, 0.0
+            for k in range(origin.size):
+                way = origin[k] - states[i, k]
+                work.q[k] = states[i, k] + pulls[r] * way + moves[r, k]
+                before += way * way
+                after += (origin[k] - work.q[k]) ** 2
+            if after < before and holds_at(problem, work.q, True, work):
+                for k in range(origin.size):
+                    states[i, k] = work.q[k]
