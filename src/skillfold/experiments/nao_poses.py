@@ -9,12 +9,14 @@ SciPy's trust-region-reflective solver, as in the paper, with analytic derivativ
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from skillfold.motion import Array
 from skillfold.robots.standing import Standing, standing
+from skillfold.tables import Indices
 
 # What counts as one unit of cost: a centimetre, a twentieth of a radian; the pull home is to move neither.
 LENGTH, ANGLE = 0.01, 0.05
@@ -80,7 +82,7 @@ class Optimiser:
         return SOLE * [1.0, self.mirror]
 
     @cached_property
-    def free(self) -> Array:
+    def free(self) -> Indices:
         """Places of the eleven joints that follow none."""
         return np.array([k for k, name in enumerate(self.robot.names) if name not in self.robot.couplings])
 
@@ -92,7 +94,7 @@ class Optimiser:
         """The optimal pose, from `first` (12,) or from home; with finite differences where not analytic."""
         lower, upper = (side[self.free] for side in self.robot.limits)
         start = np.clip(self.robot.home if first is None else first, *self.robot.limits)[self.free]
-        jac = (lambda z: self.derivative(self._whole(z))) if analytic else "2-point"
+        jac: Any = (lambda z: self.derivative(self._whole(z))) if analytic else "2-point"
         result = least_squares(
             lambda z: self.residuals(self._whole(z), asked), start, jac=jac, bounds=(lower, upper), method="trf"
         )

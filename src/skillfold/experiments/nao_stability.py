@@ -8,6 +8,7 @@ counted besides, as in the paper.
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -81,9 +82,11 @@ class Count:
 
 def count(verdicts: list[Verdict]) -> Count:
     """Counts over poses or motions."""
-    names = ("stable", "balanced", "upright", "collides")
-    sums = (sum(getattr(verdict, name) for verdict in verdicts) for name in names)
-    return Count(len(verdicts), *sums, sum(verdict.stable and verdict.collides for verdict in verdicts))
+    stable, balanced, upright, collides = (
+        sum(getattr(verdict, name) for verdict in verdicts) for name in ("stable", "balanced", "upright", "collides")
+    )
+    both = sum(verdict.stable and verdict.collides for verdict in verdicts)
+    return Count(len(verdicts), stable, balanced, upright, collides, both)
 
 
 def judge_pose(optimiser: Optimiser, q: Array) -> Verdict:
@@ -91,9 +94,17 @@ def judge_pose(optimiser: Optimiser, q: Array) -> Verdict:
     return judge_motion(optimiser, q[None])
 
 
-def judge_motion(optimiser: Optimiser, states: Array) -> Verdict:
-    """Both judges of a motion (n, 12): the centre of mass all along it; played slowly, and its last pose held."""
-    nao, floor = _nao(), _floor()
+def judge_motion(optimiser: Optimiser, states: Array, corners: Array | None = None, scene: Any = None) -> Verdict:
+    """Both judges of a motion: the centre of mass all along it; played slowly, and its last pose held.
+
+    Args:
+        optimiser: of the stance.
+        states: (n, 12).
+        corners: (m, 2) of the support polygon; the stance sole's where left out.
+        scene: obstacles that stand around.
+    """
+    nao = _nao()
+    floor = _floor() if scene is None else Falling(nao, scene, own=False)
     fine = finely(states, FINE) if len(states) > 1 else states
     whole = optimiser.robot.whole(fine)
     bases = base_of(nao, whole, optimiser.robot.stance)
@@ -102,7 +113,7 @@ def judge_motion(optimiser: Optimiser, states: Array) -> Verdict:
     if len(states) > 1:
         floor.follow(whole, lasting(states))
     floor.hold(SECONDS)
-    margin = float(support_margin(centres, optimiser.polygon).min())
+    margin = float(support_margin(centres, optimiser.polygon if corners is None else corners).min())
     return Verdict(margin, floor.leaning(bases[-1]), float(nao.self_clearance(whole).min()))
 
 

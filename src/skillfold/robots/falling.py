@@ -35,7 +35,7 @@ class Falling:
     """
 
     def __init__(self, robot: Robot, scene: Any = None, own: bool = True, visual: bool = False) -> None:
-        """Build it; `own` whether the robot's parts stop each other, `visual` for what only pleases the eye, and light.
+        """Build it; `own` whether the robot's parts stop each other, `visual` for what pleases the eye, and light.
 
         Raises:
             InputError: a robot whose base is fixed.
