@@ -89,12 +89,14 @@ def count(verdicts: list[Verdict]) -> Count:
     return Count(len(verdicts), stable, balanced, upright, collides, both)
 
 
-def judge_pose(optimiser: Optimiser, q: Array) -> Verdict:
+def judge_pose(optimiser: Optimiser, q: Array, pedestal: bool = False) -> Verdict:
     """Both judges of a pose (12,) held for two seconds."""
-    return judge_motion(optimiser, q[None])
+    return judge_motion(optimiser, q[None], pedestal=pedestal)
 
 
-def judge_motion(optimiser: Optimiser, states: Array, corners: Array | None = None, scene: Any = None) -> Verdict:
+def judge_motion(
+    optimiser: Optimiser, states: Array, corners: Array | None = None, scene: Any = None, pedestal: bool = False
+) -> Verdict:
     """Both judges of a motion: the centre of mass all along it; played slowly, and its last pose held.
 
     Args:
@@ -102,9 +104,10 @@ def judge_motion(optimiser: Optimiser, states: Array, corners: Array | None = No
         states: (n, 12).
         corners: (m, 2) of the support polygon; the stance sole's where left out.
         scene: obstacles that stand around.
+        pedestal: whether the stance foot stands so high that the swing leg neither stumbles nor props.
     """
     nao = _nao()
-    floor = _floor() if scene is None else Falling(nao, scene, own=False)
+    floor = _floor(optimiser.side if pedestal else "") if scene is None else Falling(nao, scene, own=False)
     fine = finely(states, FINE) if len(states) > 1 else states
     whole = optimiser.robot.whole(fine)
     bases = base_of(nao, whole, optimiser.robot.stance)
@@ -137,5 +140,8 @@ def _nao() -> Robot:
 
 
 @cache
-def _floor() -> Falling:
-    return Falling(_nao(), own=False)
+def _floor(side: str) -> Falling:
+    """Flat ground; a pedestal for a stance foot."""
+    swinging = {"left": "R", "right": "L"}.get(side)
+    passing = [f"{swinging}{part}Link" for part in ("HipPitch", "KneePitch", "AnkleRoll") if swinging]
+    return Falling(_nao(), own=False, passing=passing)

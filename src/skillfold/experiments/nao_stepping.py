@@ -15,7 +15,7 @@ from skillfold.experiments import nao_around, nao_walk
 from skillfold.experiments.nao_balance import timed
 from skillfold.experiments.nao_poses import Asked
 from skillfold.experiments.nao_stability import Verdict, count, judge_motion
-from skillfold.experiments.nao_steps import Example, Skills, Stepper, draw, examples, learn, same_pace
+from skillfold.experiments.nao_steps import Example, Skills, Stepper, examples, learn, same_pace
 from skillfold.experiments.rows import Row, Settings
 from skillfold.motion import Array
 from skillfold.robots.standing import SIDES

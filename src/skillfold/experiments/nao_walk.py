@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.errors import SkillfoldError
 from skillfold.experiments.nao_stability import LEANING, lasting
 from skillfold.experiments.nao_steps import Skills, Step, Stepper, draw, other_side
 from skillfold.experiments.rows import Row
@@ -82,7 +83,9 @@ def planned(
             continue
         swing = skills.swing.plan(first if pose is None else pose, landed, via=apex[None])
         return step, swing, skills.shift.plan(swing.path.states[-1], shifted)
-    raise AssertionError("no step within reach")
+    raise SkillfoldError(
+        f"No step from {start} m was within reach in {TRIES} tries; expected feet nearer each other."
+    )
 
 
 def row(found: Walk) -> Row:
@@ -90,8 +93,8 @@ def row(found: Walk) -> Row:
     drift = float(np.linalg.norm(found.bases[-1, :2] - found.expected[:2]))
     said = sum(plan.success for pair in found.plans for plan in pair)
     note = (
-        f"{len(found.steps)} steps; leans {found.leaning[0]:.3f} rad at most, {found.leaning[1]:.3f} at the end; torso "
-        f"{1e3 * drift:.0f} mm from where it was meant to be; {said} of {2 * len(found.plans)} plans say success"
+        f"{len(found.steps)} steps; leans {found.leaning[0]:.3f} rad at most, {found.leaning[1]:.3f} at the end; "
+        f"torso {1e3 * drift:.0f} mm from where it was meant to be; {said} of {2 * len(found.plans)} say success"
     )
     return Row("Nao's walk of random steps: stays up in dynamics", float(found.up), "", 1.0, ">=", "stable", note)
 

@@ -4,6 +4,7 @@ What stands may fall here. Servos are alike in every joint; contacts, as in `wor
 does well.
 """
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -34,8 +35,17 @@ class Falling:
         model, data: MuJoCo's.
     """
 
-    def __init__(self, robot: Robot, scene: Any = None, own: bool = True, visual: bool = False) -> None:
-        """Build it; `own` whether the robot's parts stop each other, `visual` for what pleases the eye, and light.
+    def __init__(
+        self, robot: Robot, scene: Any = None, own: bool = True, passing: Iterable[str] = (), visual: bool = False
+    ) -> None:
+        """Build it.
+
+        Args:
+            robot: that may fall.
+            scene: obstacles.
+            own: whether the robot's parts stop each other.
+            passing: names of bodies that nothing stops.
+            visual: with shapes that only please the eye, and light.
 
         Raises:
             InputError: a robot whose base is fixed.
@@ -44,7 +54,9 @@ class Falling:
         if base is None:
             raise InputError(f"{robot.name}: its base is fixed, and cannot fall; expected one that is free.")
         self.robot, self._base = robot, base
-        self.model = compiled(_spec(robot, Scene(() if scene is None else scene), own, visual), robot.source)
+        self.model = compiled(
+            _spec(robot, Scene(() if scene is None else scene), own, set(passing), visual), robot.source
+        )
         set_contacts(self.model, STEP)
         self.data = mujoco.MjData(self.model)
         self._places = robot.joints.addresses
@@ -120,10 +132,13 @@ class Falling:
         return self.model.body(body).name if self._own[body] else self.model.geom(geom).name.removeprefix(PREFIX)
 
 
-def _spec(robot: Robot, scene: Scene, own: bool, visual: bool) -> Any:
+def _spec(robot: Robot, scene: Scene, own: bool, passing: set[str], visual: bool) -> Any:
     spec = robot.spec() if visual else robot.lean_spec()
-    for geom in spec.geoms if not own else ():
-        geom.conaffinity = 0  # what meets the floor and obstacles still has its contype
+    for geom in spec.geoms:
+        if not own:
+            geom.conaffinity = 0  # what meets the floor and obstacles still has its contype
+        if geom.parent.name in passing:
+            geom.contype = geom.conaffinity = 0
     spec.worldbody.add_geom(
         name=FLOOR,
         type=mujoco.mjtGeom.mjGEOM_PLANE,

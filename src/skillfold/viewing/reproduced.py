@@ -5,9 +5,18 @@ from pathlib import Path
 
 import numpy as np
 
-from skillfold.experiments import around_arm, around_shown, around_tray, table_one, tray_demo, tumblers
+from skillfold.experiments import (
+    around_arm,
+    around_shown,
+    around_tray,
+    nao_balance,
+    nao_stepping,
+    table_one,
+    tray_demo,
+    tumblers,
+)
 from skillfold.experiments.rows import Row, Settings
-from skillfold.viewing import around_pictures, table_pictures, tray_pictures, tumbler_pictures
+from skillfold.viewing import around_pictures, nao_pictures, table_pictures, tray_pictures, tumbler_pictures
 
 Reproduced = Callable[[Settings, Path], tuple[list[Row], Path]]
 """Given settings and a folder for the picture."""
@@ -48,4 +57,26 @@ def pushed(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
     return rows, picture
 
 
-EXPERIMENTS: dict[str, Reproduced] = {"patches": patches, "table-one": table, "boxes": boxes, "tumblers": pushed}
+def balance(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Section VII-C: Table II, a Nao that balances on one leg."""
+    tables = nao_balance.run(settings, nao_balance.Counts())
+    rows = nao_balance.rows(tables, settings)
+    settings.progress("drawing", 0.95)
+    return rows, nao_pictures.draw_balance(tables[0], folder / "nao_balance.png")
+
+
+def stepping(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Sections VII-A and VII-B: steps of a Nao, past obstacles, and ten in a row."""
+    found = nao_stepping.run(settings, nao_stepping.Counts())
+    settings.progress("drawing", 0.95)
+    return nao_stepping.rows(found), nao_pictures.draw_stepping(found, folder / "nao_stepping.png")
+
+
+EXPERIMENTS: dict[str, Reproduced] = {
+    "patches": patches,
+    "table-one": table,
+    "boxes": boxes,
+    "tumblers": pushed,
+    "nao-balance": balance,
+    "nao-stepping": stepping,
+}
