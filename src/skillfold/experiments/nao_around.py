@@ -2,9 +2,9 @@
 
 A long step, and between the places of its foot an obstacle that the plain geodesic runs into. The foot is raised
 where it stands, swings past obstacle and floor, and is lowered. The clearance asked for is a quarter of the usual
-margin of obstacles: planners try to keep the margin, and must keep that much. Judged at fine steps by obstacles built
-anew: clear of ball or edge, of the floor, of the robot itself; and stable by both judges, the obstacle standing in
-the dynamics too.
+margin of obstacles: planners try to keep the margin, and must keep that much where both ends have twice as much.
+Judged at fine steps by obstacles built anew: clear of ball or edge, of the floor, of the robot itself; and stable by
+both judges, the obstacle standing in the dynamics too.
 """
 
 from dataclasses import dataclass
@@ -24,10 +24,10 @@ from skillfold.robots.standing import SIDES
 RAISED = 0.02  # m: of the foot before it swings, and when it has
 ASKED = 0.005  # m: clearance
 FINE = 0.005  # rad between the states that are judged
-LONG = (0.085, 0.10)  # m ahead of the stance foot and behind it
+LONG = (0.09, 0.10)  # m ahead of the stance foot and behind it
 MIDDLE = 0.027  # m: of a sole from its ankle
 BALL, EDGE = (0.012, 0.018), (0.010, 0.035)  # m: radii; heights
-DEPTH, WIDTH = 0.015, 0.08  # m: of an edge, along the step and across
+DEPTH, WIDTH = 0.01, 0.08  # m: of an edge, along the step and across
 SHARE = 0.95
 FLOOR = Box(pose=(0.0, 0.0, -0.02), size=(1.0, 1.0, 0.04), name="floor")
 
@@ -104,7 +104,7 @@ def _case(skills: Skills, side: str, ball: bool, rng: np.random.Generator) -> Ca
     robot = stepper.optimiser.robot
     there, both = robot.obstacles([obstacle]), robot.obstacles([obstacle, FLOOR])
     plain = skills.swing.plan(*raised).path.states
-    fair = there.clearance(standing).min() > ASKED and both.clearance(raised).min() > ASKED
+    fair = there.clearance(standing).min() > ASKED and both.clearance(raised).min() > 2 * ASKED
     if not fair or there.clearance(finely(plain, FINE)).min() > 0.0:
         return None
     return Case(side, obstacle, standing, raised, plain)

@@ -67,7 +67,7 @@ def walk(skills: dict[str, Skills], number: int, rng: np.random.Generator) -> Wa
         pieces += [(stepper, swing.path.states), (stepper, shift.path.states)]
         pose = stepper.onward(shift.path.states[-1])
         side, beside = other_side(side), -step.goal
-    return _played(steps, np.array(feet), plans, pieces)
+    return played(steps, np.array(feet), plans, pieces)
 
 
 def planned(
@@ -99,9 +99,8 @@ def row(found: Walk) -> Row:
     return Row("Nao's walk of random steps: stays up in dynamics", float(found.up), "", 1.0, ">=", "stable", note)
 
 
-def _played(
-    steps: list[Step], feet: Array, plans: list[tuple[Any, Any]], pieces: list[tuple[Stepper, Array]]
-) -> Walk:
+def played(steps: list[Step], feet: Array, plans: list[tuple[Any, Any]], pieces: list[tuple[Stepper, Array]]) -> Walk:
+    """Pieces of joint positions with their stance, played one after another, and the rest told."""
     nao, floor = robot(), Falling(robot())
     stepper, states = pieces[0]
     floor.reset(*placed(stepper, states[0], feet[0]))
