@@ -55,10 +55,10 @@ def balance(table: Table, shots: Sequence[Any]) -> Figure:
     """Where the foot goes, random states and their projections, and, where they can be drawn, the robot there."""
     rows = 3 if shots else 2
     made = figure(12.0, 2.9 * rows)
-    grid = made.add_gridspec(rows, 2 * SHOWN, left=0.05, right=0.985, bottom=0.06, top=0.93, hspace=0.3, wspace=0.5)
+    grid = made.add_gridspec(rows, 2 * SHOWN, left=0.06, right=0.985, bottom=0.02, top=0.95, hspace=0.3, wspace=0.3)
     for column, (a, b, title) in enumerate(((0, 1, "from above"), (0, 2, "from the side"))):
-        _reach(made.add_subplot(grid[0, 4 * column : 4 * column + 4]), table, (a, b), title)
-    _errors(made.add_subplot(grid[0, 9:]), table)
+        _reach(made.add_subplot(grid[0, 4 * column : 4 * column + 3]), table, (a, b), title)
+    _errors(made.add_subplot(grid[0, 8:]), table)
     for i, trial in enumerate(table.trials[:SHOWN]):
         _pair(made.add_subplot(grid[1, 2 * i : 2 * i + 2]), trial)
     for i, shot in enumerate(shots):
@@ -70,21 +70,38 @@ def balance(table: Table, shots: Sequence[Any]) -> Figure:
 
 def steps(stepping: Stepping) -> Figure:
     """Swing paths shown and new, times, ways past obstacles, and the walk from above."""
-    made = figure(12.0, 9.0)
-    grid = made.add_gridspec(3, 6, left=0.06, right=0.985, bottom=0.06, top=0.95, hspace=0.42, wspace=0.75)
+    made = figure(12.0, 10.4)
+    grid = made.add_gridspec(
+        4,
+        6,
+        left=0.06,
+        right=0.985,
+        bottom=0.05,
+        top=0.93,
+        hspace=0.4,
+        wspace=0.7,
+        height_ratios=(1.2, 0.75, 0.75, 1.3),
+    )
     for column, side in enumerate(stepping.skills):
         _swings(made.add_subplot(grid[0, 2 * column : 2 * column + 2]), stepping, side)
     _times(made.add_subplot(grid[0, 4:]), stepping)
-    for i, answer in enumerate(stepping.around[:SHOWN]):
-        _around(made.add_subplot(grid[1, i]), answer)
-    _walk(made.add_subplot(grid[2, :]), stepping.walk)
+    for i, answer in enumerate(_mixed(stepping.around)):
+        _around(made.add_subplot(grid[1 + i // 3, 2 * (i % 3) : 2 * (i % 3) + 2]), answer)
+    _walk(made.add_subplot(grid[3, :]), stepping.walk)
     handles = [
         Line2D([], [], color=OFF, linestyle="--", label="plain geodesic"),
         Line2D([], [], color=ON, linewidth=2.2, label="planned"),
         Line2D([], [], linestyle="none", marker="o", markersize=3.0, color=SOFT, label="demonstrated"),
     ]
-    made.legend(handles=handles, loc="upper right", ncols=3, bbox_to_anchor=(0.985, 1.0))
+    made.legend(handles=handles, loc="upper right", ncols=3, bbox_to_anchor=(0.99, 1.0))
     return made
+
+
+def _mixed(answers: Sequence[Answer]) -> list[Answer]:
+    """Balls above, edges below."""
+    balls = [answer for answer in answers if isinstance(answer.case.obstacle, Sphere)]
+    edges = [answer for answer in answers if not isinstance(answer.case.obstacle, Sphere)]
+    return [*balls[: SHOWN // 2], *edges[: SHOWN // 2]]
 
 
 def foot(optimiser: Optimiser, states: Array) -> Array:
@@ -124,7 +141,11 @@ def _errors(ax: Any, table: Table) -> None:
     ax.set_xscale("log")
     ax.plot(errors, np.arange(1, len(errors) + 1) / len(errors), color=ON, linewidth=2.2, drawstyle="steps-post")
     ax.axvline(0.01, color=OFF, linewidth=1.6)
-    ax.set(title="projections below an error; red: paper's mean", xlabel="RMSE to the optimum, rad", ylim=(0.0, 1.04))
+    ax.set(
+        title="share of projections below an error; the paper's mean",
+        xlabel="RMSE to the optimum, rad",
+        ylim=(0.0, 1.04),
+    )
 
 
 def _pair(ax: Any, trial: Trial) -> None:
@@ -182,7 +203,7 @@ def _around(ax: Any, answer: Answer) -> None:
     plots.paths(ax, [planned[:, [0, 2]]], (ON,))
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     ax.set_aspect("equal")
-    ax.set(xlim=(-0.17, 0.23), ylim=(-0.03, 0.17), xticks=[], yticks=[])
+    ax.set(xlim=(-0.16, 0.22), ylim=(-0.025, 0.095), xticks=[], yticks=[])
     ax.set_title("past a ball" if isinstance(shape, Sphere) else "past an edge", fontsize=9.5)
 
 
