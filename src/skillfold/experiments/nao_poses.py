@@ -22,7 +22,7 @@ from skillfold.tables import Indices
 LENGTH, ANGLE = 0.01, 0.05
 POSTURE = 0.05  # per rad from home
 NEAR = 0.02  # rad from a limit within which a joint costs
-# Corners of the sole, x and y [m] from the ankle: the force sensors of the left foot; the right foot mirrors it to .6 mm.
+# Corners of the sole, x and y [m] from the ankle: the left force sensors; the right ones mirror them to .6 mm.
 SOLE = np.array([[0.07025, 0.0299], [0.07025, -0.0231], [-0.02965, -0.0191], [-0.03025, 0.0299]])
 CENTRE = np.array([0.02, 0.0044])  # m from the ankle: the middle of those corners
 REACHED = 0.1  # cost above which a goal counts as out of reach: three millimetres, or the pull home from six rad
