@@ -9,12 +9,14 @@ import numpy as np
 
 from skillfold.errors import RobotError
 from skillfold.robots.engine import mujoco
+from skillfold.robots.falling import Falling
 from skillfold.robots.world import World
 from skillfold.tables import Array
 
 WIDTH, HEIGHT = 640, 480  # pixels: MuJoCo's offscreen buffer
 MOST = 20_000  # shapes in a picture
 AZIMUTH, ELEVATION = 135.0, -18.0  # degrees
+BESIDE, FRONT = 1.0, 215.0  # m and degrees: whence snapshots are taken
 
 
 @dataclass(frozen=True)
@@ -74,13 +76,31 @@ def picture(world: World, q: Array, view: View, marks: Sequence[Mark] = ()) -> A
     """
     with _renderer(world.model, *view.size) as renderer:
         world.show(0.0, q, np.empty((0, 7)))
-        camera = mujoco.MjvCamera()
-        camera.lookat[:], camera.distance = view.toward, view.distance
-        camera.azimuth, camera.elevation = view.azimuth, view.elevation
-        renderer.update_scene(world.data, camera)
+        renderer.update_scene(world.data, _placed(view))
         for mark in marks:
             _draw(renderer.scene, mark)
         return renderer.render().copy()
+
+
+def snapshots(floor: Falling, joints: Array, bases: Array) -> Iterator[Any]:
+    """A picture of a robot with a free base at joint positions (n, dof), its base at poses (n, 7), from its front.
+
+    Raises:
+        RobotError: no way to draw off the screen.
+    """
+    with _renderer(floor.model, WIDTH, HEIGHT) as renderer:
+        for q, base in zip(joints, bases, strict=True):
+            floor.show(q, base)
+            view = View((base[0], base[1], 0.75 * base[2]), BESIDE, FRONT)
+            renderer.update_scene(floor.data, _placed(view))
+            yield renderer.render().copy()
+
+
+def _placed(view: View) -> Any:
+    camera = mujoco.MjvCamera()
+    camera.lookat[:], camera.distance = view.toward, view.distance
+    camera.azimuth, camera.elevation = view.azimuth, view.elevation
+    return camera
 
 
 def _renderer(model: Any, width: int, height: int) -> Any:

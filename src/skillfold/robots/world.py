@@ -159,13 +159,13 @@ def _spec(robot: "Robot", scene: Scene, tray: Tray | None, visual: bool) -> Any:
             geom.contype = geom.conaffinity = LOOSE_MASK
             geom.rgba = [0.55, 0.58, 0.62, 1.0]
     if visual:
-        _light(spec)
+        light(spec)
     if tray is not None:
         add_tray(spec, *frame_of(spec, robot.tool), tray, mujoco.mjtGeom)
     return spec
 
 
-def _light(spec: Any) -> None:
+def light(spec: Any) -> None:
     """A white room: MuJoCo's is black, and dark."""
     spec.add_texture(
         name="room",
@@ -181,9 +181,14 @@ def _light(spec: Any) -> None:
 
 
 def _set_options(model: Any, step: float) -> None:
-    """Torques go straight to the joints; contacts as stiff and as sticky as MuJoCo does well."""
-    model.opt.timestep = step
+    """Torques go straight to the joints."""
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+    set_contacts(model, step)
+
+
+def set_contacts(model: Any, step: float) -> None:
+    """Contacts as stiff and as sticky as MuJoCo does well, at steps [s] of time."""
+    model.opt.timestep = step
     several = getattr(mujoco.mjtEnableBit, "mjENBL_MULTICCD", 0)  # points of a contact; later versions always do
     model.opt.enableflags |= int(several)
     model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC

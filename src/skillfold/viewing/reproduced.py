@@ -14,6 +14,10 @@ from skillfold.experiments import (
     keyframe_motions,
     keyframe_runs,
     keyframes,
+    nao_balance,
+    nao_stepping,
+    pick_place,
+    pick_place_poses,
     table_one,
     tray_demo,
     tumblers,
@@ -23,6 +27,8 @@ from skillfold.viewing import (
     around_pictures,
     keyframe_costs,
     keyframe_pictures,
+    nao_pictures,
+    pick_place_pictures,
     table_pictures,
     tray_pictures,
     tumbler_pictures,
@@ -92,6 +98,30 @@ def first_paths(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
     return keyframe_cost.rows(found), keyframe_costs.draw_costs(found, folder / "keyframe_cost.png")
 
 
+def balance(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Section VII-C: Table II, a Nao that balances on one leg."""
+    tables = nao_balance.run(settings, nao_balance.Counts())
+    rows = nao_balance.rows(tables, settings)
+    settings.progress("drawing", 0.95)
+    return rows, nao_pictures.draw_balance(tables[0], folder / "nao_balance.png")
+
+
+def stepping(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Sections VII-A and VII-B: steps of a Nao, past obstacles, and ten in a row."""
+    found = nao_stepping.run(settings, nao_stepping.Counts())
+    settings.progress("drawing", 0.95)
+    return nao_stepping.rows(found), nao_pictures.draw_stepping(found, folder / "nao_stepping.png")
+
+
+def carried(settings: Settings, folder: Path) -> tuple[list[Row], Path]:
+    """Section VIII: Tables III and IV, pick-and-place against learnt dynamics and primitives, orientations too."""
+    compared = pick_place.compare(settings)
+    rows = pick_place.rows(compared) + pick_place.training_rows(settings, pick_place.Counts().trainings)
+    rows += pick_place_poses.measure(settings)
+    settings.progress("drawing", 0.95)
+    return rows, pick_place_pictures.draw(compared[0], folder / "pick_place.png")
+
+
 EXPERIMENTS: dict[str, Reproduced] = {
     "patches": patches,
     "table-one": table,
@@ -100,4 +130,7 @@ EXPERIMENTS: dict[str, Reproduced] = {
     "envelopes": shapes,
     "keyframes": paths,
     "keyframe-cost": first_paths,
+    "nao-balance": balance,
+    "nao-stepping": stepping,
+    "pick-place": carried,
 }

@@ -1,0 +1,150 @@
+"""Who is stable and who is not, by judges that can be told what they should say; and Table II in small."""
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from skillfold.experiments import nao_balance
+from skillfold.experiments.nao_balance import LOWER, UPPER, Counts
+from skillfold.experiments.nao_poses import Asked, Optimiser
+from skillfold.experiments.nao_stability import (
+    SPEED,
+    Verdict,
+    count,
+    judge_motion,
+    judge_pose,
+    lasting,
+    support_margin,
+)
+from skillfold.experiments.rows import Settings
+from skillfold.manifold.skill import SkillManifold
+from skillfold.robots.shapes import Box
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+FOOT = np.array([0.03, -0.1, 0.05])
+
+
+@pytest.fixture(scope="module")
+def optimiser():
+    return Optimiser("left")
+
+
+@pytest.fixture(scope="module")
+def pose(optimiser):
+    return optimiser.optimise(optimiser.over_foot(FOOT)).pose
+
+
+@pytest.fixture(scope="module")
+def tables():
+    def fit(demos, **options):
+        return SkillManifold.fit(demos, dim=3, kernels=10, ridge=1e-5, **options)
+
+    return nao_balance.run(Settings(0, fit=fit), Counts((60,), 3))
+
+
+def test_margin_is_the_distance_from_the_nearest_edge_whichever_way_round():
+    points = np.array([[0.5, 0.5], [0.9, 0.5], [1.2, 0.5], [0.5, -0.1]])
+    for corners in (SQUARE, SQUARE[::-1]):
+        np.testing.assert_allclose(support_margin(points, corners), [0.5, 0.1, -0.2, -0.1])
+
+
+def test_margin_tells_inside_as_a_convex_hull_does(optimiser):
+    points = np.random.default_rng(0).uniform(-0.06, 0.1, (300, 2))
+    planes = ConvexHull(optimiser.polygon).equations
+    inside = (points @ planes[:, :2].T + planes[:, 2] < 0).all(1)
+    np.testing.assert_array_equal(support_margin(points, optimiser.polygon) > 0, inside)
+    assert 10 < inside.sum() < 290
+
+
+@pytest.mark.parametrize("pedestal", [True, False])
+def test_an_optimal_pose_stands(optimiser, pose, pedestal):
+    verdict = judge_pose(optimiser, pose, pedestal)
+    assert verdict.stable
+    assert not verdict.collides
+    assert 0.005 < verdict.margin < 0.02
+    assert 0.0 < verdict.leaning < 0.1
+
+
+def test_a_pelvis_far_off_the_foot_falls_by_both(optimiser):
+    off = optimiser.optimise(Asked(FOOT, optimiser.centre + np.array([-0.1, 0.0]))).pose
+    verdict = judge_pose(optimiser, off)
+    assert (verdict.balanced, verdict.upright) == (False, False)
+
+
+def test_a_foot_in_the_floor_is_propped_there_and_not_on_a_pedestal(optimiser):
+    """A robot that tips onto its free foot stays up only where there is ground for it."""
+    tipping = optimiser.optimise(Asked(np.array([0.0, -0.1, 0.0]), optimiser.centre + np.array([0.0, -0.045]))).pose
+    flat, high = (judge_pose(optimiser, tipping, pedestal) for pedestal in (False, True))
+    assert not high.balanced
+    assert flat.upright
+    assert not high.upright
+
+
+def test_a_motion_is_as_stable_as_its_worst_state(optimiser, pose):
+    off = optimiser.optimise(Asked(FOOT, optimiser.centre + np.array([-0.1, 0.0]))).pose
+    there = judge_motion(optimiser, np.stack([pose, off]))
+    away = judge_motion(optimiser, np.stack([pose, off, pose]))
+    assert there.margin < 0
+    assert away.margin == pytest.approx(there.margin)
+    assert judge_pose(optimiser, pose).margin > 0
+
+
+def test_motions_last_as_their_fastest_joint_asks(pose):
+    moved = pose.copy()
+    moved[2] += 0.3
+    assert lasting(np.stack([pose, moved, pose])) == pytest.approx(0.6 / SPEED)
+
+
+def test_obstacles_stand_in_the_dynamics(optimiser, pose):
+    box = Box(pose=(FOOT[0], FOOT[1], 0.06), size=(0.05, 0.05, 0.12), name="under the foot")
+    assert judge_pose(optimiser, pose).upright
+    assert not judge_motion(optimiser, pose[None], scene=[box]).upright
+
+
+def test_counts_add_up():
+    verdicts = [Verdict(0.01, 0.0, 0.1), Verdict(0.01, 0.0, -0.1), Verdict(-0.01, 0.0, 0.1), Verdict(0.01, 1.0, -0.1)]
+    found = count(verdicts)
+    assert (found.total, found.stable, found.balanced, found.upright, found.colliding, found.both) == (
+        4,
+        2,
+        3,
+        3,
+        2,
+        1,
+    )
+    assert "2 collide with themselves (1 of these among the stable)" in found.note
+
+
+def test_poses_are_drawn_from_the_papers_box_and_the_same_for_a_seed(optimiser):
+    poses = nao_balance.balancing(optimiser, 5, np.random.default_rng(3))
+    feet = optimiser.robot.forward(poses, optimiser.robot.swing)[:, :3]
+    assert ((feet > LOWER - 0.004) & (feet < UPPER + 0.004)).all()
+    np.testing.assert_array_equal(poses, nao_balance.balancing(optimiser, 5, np.random.default_rng(3)))
+
+
+def test_a_trial_is_what_it_says(tables, optimiser):
+    (table,) = tables
+    assert len(table.demonstrations) == 60
+    for before, trial in zip(table.trials, table.trials[1:], strict=False):
+        np.testing.assert_array_equal(trial.projected, table.skill.project(trial.state))
+        np.testing.assert_allclose(trial.plan.path.states[-1], trial.projected, atol=0.2)
+        np.testing.assert_allclose(trial.plan.path.states[0], before.projected, atol=0.2)
+        feet = [optimiser.robot.forward(q, optimiser.robot.swing)[:3] for q in (trial.projected, trial.best.pose)]
+        assert trial.best.cost < 1.0
+        np.testing.assert_allclose(*feet, atol=0.01)
+        assert trial.error == pytest.approx(np.linalg.norm(trial.projected - trial.best.pose) / np.sqrt(12))
+
+
+def test_rows_stand_beside_the_papers(tables):
+    rows = {row.name: row for row in nao_balance.rows(tables, Settings(0))}
+    assert len(rows) == 3 + 7
+    assert sum("stable" in name for name in rows) == 6
+    error = rows["Nao on one leg, 60 poses: RMSE of projections to the optimum"]
+    assert error.measured == pytest.approx(np.mean([trial.error for trial in tables[0].trials]))
+    assert (error.target, error.paper) == (0.01, "0.01")
+    faster = rows["Nao on one leg, 60 poses: projection, times faster than optimisation"]
+    assert faster.measured > 1
+    assert (faster.target, faster.paper) == (1000.0, "22")
+    projected = rows["Nao on one leg, 60 poses: projected states stable by both judges on a pedestal"]
+    assert projected.target == 3  # 47 of 50, of three
+    assert projected.measured == sum(trial.verdicts[0][0].stable for trial in tables[0].trials)
