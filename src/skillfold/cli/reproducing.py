@@ -14,9 +14,9 @@ from skillfold.cli.screen import draw_off_screen
 from skillfold.errors import InputError
 
 NAMES = (
-    "Some of: skill manifolds: patches (section V-B3), table-one (V-C and VI), boxes and tumblers (VI, among obstacles "
-    "and pushed), nao-balance and nao-stepping (VII), pick-place (VIII); keyframes: envelopes (figures 2 and 3), "
-    "keyframes (5 to 8) and keyframe-cost (9)."
+    "Some of patches (section V-B3), table-one (V-C and VI), boxes and tumblers (VI, among obstacles and pushed), "
+    "nao-balance and nao-stepping (VII), pick-place (VIII); of keyframes: envelopes (figures 2 and 3), keyframes "
+    "(5 to 8) and keyframe-cost (9)."
 )
 
 
