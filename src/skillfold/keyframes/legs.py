@@ -41,6 +41,7 @@ class Leg:
         axis: (2, 6) that poses are pulled to.
         metric: (6, 6) whitens chart coordinates.
         targets: where targets come from.
+        kept: share of the margin that edges keep.
     """
 
     robot: Robot
@@ -54,6 +55,7 @@ class Leg:
     axis: Array
     metric: Array
     targets: Targets
+    kept: float = KEPT
 
     def question(self, start: Array) -> tuple[Question, list[CompiledConstraint]]:
         """The same for compiled loops; and the constraints, whose errors are raised after them.
@@ -63,7 +65,7 @@ class Leg:
         hold = compiled_constraint(self.hold)
         goal = hold if self.goal is None else compiled_constraint(self.goal)
         clear, tool = self.obstacles.compiled(), self.robot.compiled_tool()
-        margin = min(KEPT * self.obstacles.margin, 0.5 * float(self.obstacles.clearance(start)))
+        margin = min(self.kept * self.obstacles.margin, 0.5 * float(self.obstacles.clearance(start)))
         turning = np.array([kind == "continuous" for kind in self.robot.space.kinds])
         limits = np.stack(self.robot.limits)
         functions = hold.excess, hold.project, goal.excess, clear.clearance, clear.edge

@@ -1,7 +1,7 @@
 """From one keyframe to the next: gates widened step by step, and the way into a reduced envelope."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -10,15 +10,16 @@ import numpy as np
 from skillfold.check import Check
 from skillfold.keyframes.envelope import SoftEnvelope
 from skillfold.keyframes.grown import Found, Targets
-from skillfold.keyframes.legs import Leg, Search, whitening
+from skillfold.keyframes.legs import KEPT, Leg, Search, whitening
 from skillfold.keyframes.region import PoseRegion
 from skillfold.robots.obstacles import Obstacles
 from skillfold.robots.robot import Robot
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-FACTORS = (1.0, 2.0, 4.0)  # of the gates, in d²
-SHARES = (0.5, 0.6, 1.0)  # of the time that is left then
+# Rungs of the ladder: how much wider gates are in d², share of the margin that is kept, share of the time left then.
+# Passages narrower than the margin are gone through before gates are widened.
+RUNGS = ((1.0, KEPT, 0.3), (1.0, 0.1 * KEPT, 0.3), (2.0, 0.1 * KEPT, 0.5), (4.0, 0.1 * KEPT, 1.0))
 SLACK, GOAL_SLACK, ONWARD_SLACK = (
     0.01,
     0.03,
@@ -38,6 +39,7 @@ class Outcome:
         states: (n, D) path, `legs.SPACING` apart; empty where there is none.
         reason: why there is none, in words.
         factor: of the gates.
+        kept: share of the margin that was kept.
         entered: from which state on poses are inside the reduced envelope.
         found: how the last search went.
         nodes, iterations: of all searches.
@@ -47,6 +49,7 @@ class Outcome:
     states: Array
     reason: str = ""
     factor: float = 1.0
+    kept: float = KEPT
     entered: int = 0
     found: Found | None = None
     nodes: int = 0
@@ -86,14 +89,14 @@ def plan_pair(
     outcome = Outcome(np.empty((0, len(start))))
     pose = asked.robot.forward(start)
     outside = float(envelope.distance(pose))
-    for factor, share in zip(FACTORS, SHARES, strict=True):
+    for factor, kept, share in RUNGS:
         wide = envelope if factor == 1.0 else envelope.widened(factor)
         if not wide.contains(pose):
             outcome.reason = (
                 f"The start lies {outside:.2g} m outside the envelope, beyond gates widened {factor:g} times."
             )
             continue
-        outcome.factor = factor
+        outcome.factor, outcome.kept = factor, kept
         until = perf_counter() + (1.0 if asked.once else share) * max(deadline - perf_counter(), 0.0)
         _try_gate(asked, wide, start, until, seed, GOAL_SLACK if last else ONWARD_SLACK, outcome)
         if not outcome.reason or asked.once:
@@ -109,13 +112,14 @@ def _try_gate(
     here, parts, outcome.entered = start, [start[None]], 0
     if not narrow.contains(asked.robot.forward(start)):
         until = perf_counter() + ENTRY * max(deadline - perf_counter(), 0.0)
-        states = _path(asked, _entry(asked, wide, narrow, start), start, until, True, seed, outcome)
+        entry = replace(_entry(asked, wide, narrow, start), kept=outcome.kept)
+        states = _path(asked, entry, start, until, True, seed, outcome)
         if outcome.reason:
             outcome.reason = f"From the start, no way into the reduced envelope: {outcome.reason}"
             return
         here, outcome.entered = states[-1], len(states) - 1
         parts.append(states[1:])
-    leg = _crossing(asked, wide, narrow, here, slack)
+    leg = replace(_crossing(asked, wide, narrow, here, slack), kept=outcome.kept)
     parts.append(_path(asked, leg, here, deadline, asked.first, seed, outcome)[1:])
     outcome.states = np.vstack(parts)
 
