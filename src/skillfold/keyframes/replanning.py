@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 ON_PATH = 0.02  # radians from the nearest state: farther off, the path says nothing of how to go on
-SECONDS = 0.1  # that a fresh plan may take, unless told otherwise: obstacles move on meanwhile
+SECONDS = 0.045  # that a fresh plan may take, unless told otherwise: obstacles move on meanwhile
 STRAIGHT = 1e-9  # radians that a state may lie off the chord of its neighbours
 
 
@@ -34,7 +34,7 @@ def replan_skill(skill: "KeyframeSkill", plan: Plan, robot: Robot, scene: Any, q
         plan: to be kept, if possible.
         scene: as in `plan_skill`; `robot.obstacles(scene)` and then its `move` are the fastest.
         q: where the robot is (dof,); None is the start of the plan.
-        options: of `plan_skill`; its time_limit is .1 s here unless given.
+        options: of `plan_skill`; its time_limit is 45 ms here unless given.
 
     Returns:
         A plan whose `stats` have `kept`, whether it is the old one, and `seconds`.
