@@ -37,7 +37,8 @@ bench: $(VENV)/.dev
 	$(BIN)/skillfold bench $(if $(DATA),--data $(DATA)) --json bench.json
 
 pictures: demo
-	cp demo/demo.png demo/tray.png docs/pictures/
+	$(BIN)/skillfold demo keyframes --out demo
+	cp demo/demo.png demo/tray.png demo/keyframes.png docs/pictures/
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
