@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skillfold.baselines.dmp import PosePrimitive, Primitive
+from skillfold.baselines.dmp import Primitive
 from skillfold.baselines.gmr_dynamics import REACHED, Dynamics
 
 SHARE = np.linspace(0.0, 1.0, 80)[:, None]
@@ -50,6 +50,6 @@ def test_primitives_of_poses_stay_on_the_sphere():
     half = 0.5 * SHARE
     turns = np.hstack([np.cos(half), np.sin(half), 0 * half, 0 * half])
     poses = np.hstack([SHARE, np.sin(np.pi * SHARE), 0 * SHARE, turns])
-    path = PosePrimitive.fit([poses, poses]).path(poses[0], poses[-1])
+    path = Primitive.fit_poses([poses, poses]).path(poses[0], poses[-1])
     assert np.allclose(np.linalg.norm(path[:, 3:], axis=1), 1.0)
     assert np.linalg.norm(path[-1] - poses[-1]) < 0.05

@@ -19,7 +19,7 @@ DURATION = 1.0  # seconds of a motion; its shape does not depend on it
 
 @dataclass(frozen=True)
 class Primitive:
-    """A fitted primitive of positions."""
+    """A fitted primitive, of positions or of poses (x, y, z, qw, qx, qy, qz)."""
 
     dmp: Any
 
@@ -27,11 +27,14 @@ class Primitive:
     def fit(cls, recordings: Sequence[Array]) -> Self:
         """From recordings that all have shape (n_points, D), a state per instant."""
         mean = np.mean(recordings, axis=0)
-        times = np.linspace(0.0, DURATION, len(mean))
-        step = DURATION / (len(mean) - 1)
-        dmp = _package().DMP(mean.shape[1], DURATION, step, WEIGHTS)
-        dmp.imitate(times, mean)
-        return cls(dmp)
+        return cls(_imitating(_package().DMP(mean.shape[1], DURATION, DURATION / (len(mean) - 1), WEIGHTS), mean))
+
+    @classmethod
+    def fit_poses(cls, recordings: Sequence[Array]) -> Self:
+        """From recordings (n_points, 7) with consistent signs of the quaternions."""
+        mean = np.mean(recordings, axis=0)
+        mean[:, 3:] /= np.linalg.norm(mean[:, 3:], axis=1, keepdims=True)
+        return cls(_imitating(_package().CartesianDMP(DURATION, DURATION / (len(mean) - 1), WEIGHTS), mean))
 
     def path(self, start: Array, goal: Array) -> Array:
         """The motion (n, D) between other ends."""
@@ -40,27 +43,9 @@ class Primitive:
         return np.asarray(self.dmp.open_loop()[1], np.float64)
 
 
-@dataclass(frozen=True)
-class PosePrimitive:
-    """A fitted primitive of poses (x, y, z, qw, qx, qy, qz)."""
-
-    dmp: Any
-
-    @classmethod
-    def fit(cls, recordings: Sequence[Array]) -> Self:
-        """From recordings (n_points, 7) with consistent signs of the quaternions."""
-        mean = np.mean(recordings, axis=0)
-        mean[:, 3:] /= np.linalg.norm(mean[:, 3:], axis=1, keepdims=True)
-        times = np.linspace(0.0, DURATION, len(mean))
-        dmp = _package().CartesianDMP(DURATION, DURATION / (len(mean) - 1), WEIGHTS)
-        dmp.imitate(times, mean)
-        return cls(dmp)
-
-    def path(self, start: Array, goal: Array) -> Array:
-        """The motion (n, 7) between other poses."""
-        self.dmp.reset()
-        self.dmp.configure(start_y=start, goal_y=goal)
-        return np.asarray(self.dmp.open_loop()[1], np.float64)
+def _imitating(dmp: Any, motion: Array) -> Any:
+    dmp.imitate(np.linspace(0.0, DURATION, len(motion)), motion)
+    return dmp
 
 
 def _package() -> Any:

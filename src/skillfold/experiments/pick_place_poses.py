@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.baselines.dmp import PosePrimitive
+from skillfold.baselines.dmp import Primitive
 from skillfold.demonstrations import Demonstrations
 from skillfold.errors import MissingExtraError
 from skillfold.experiments.pick_place_sets import (
@@ -43,7 +43,7 @@ def pose_rows(motions: MotionSet, settings: Settings, rng: np.random.Generator) 
     starts = _starts(recordings[0][0], LARGE * scale, rng)
     found = {"manifold": _judged(motions, recordings, lambda a, b: skill.plan(a, b).path.states, starts)}
     with suppress(MissingExtraError):
-        found["DMP"] = _judged(motions, recordings, PosePrimitive.fit(recordings).path, starts)
+        found["DMP"] = _judged(motions, recordings, Primitive.fit_poses(recordings).path, starts)
     reached, shape, angle = found.pop("manifold")
     notes = ["; ".join(f"{name} {other[i]:.3g}" for name, other in found.items()) for i in range(3)]
     rivals = [min((other[i] for other in found.values()), default=None) for i in range(3)]
