@@ -142,7 +142,7 @@ def _errors(ax: Any, table: Table) -> None:
     ax.plot(errors, np.arange(1, len(errors) + 1) / len(errors), color=ON, linewidth=2.2, drawstyle="steps-post")
     ax.axvline(0.01, color=OFF, linewidth=1.6)
     ax.set(
-        title="share of projections below an error; the paper's mean",
+        title="projections below an error; red: paper",
         xlabel="RMSE to the optimum, rad",
         ylim=(0.0, 1.04),
     )
