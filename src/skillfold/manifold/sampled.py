@@ -17,7 +17,8 @@ ROOM = 4000  # nodes of both trees together
 SHORTCUTS, MORE_SHORTCUTS = 30, 150  # tried before a path is made smooth, and where it cannot be
 COARSE = (24, 48, 96)  # states of the path that is made smooth, the more where the fewer do not keep clear
 SMOOTH_STEPS, SMOOTHED = 40, 2e-3  # of the smoothing at most, and its last step in rms radii
-RENEWING = (10, 30)  # steps in which an earlier path is bent, and more where they do not suffice
+# States and steps with which an earlier path is bent, and more where they do not suffice.
+RENEWING = ((COARSE[0], 10), (COARSE[0], 30), (COARSE[1], 20))
 CAP = 0.3  # longest step of a state, rms radii
 
 
@@ -98,9 +99,10 @@ def smoothed(terrain: Terrain, rough: Array, spacing: float) -> tuple[Array, int
 
 def renewed(terrain: Terrain, earlier: Array, spacing: float) -> tuple[Array, int]:
     """The same of an earlier path, which few states and mostly few steps make clear again."""
-    bent, _ = terrain.settled(earlier, COARSE[0], smooth=False)
-    total = 0
-    for limit in RENEWING:
+    bent, total = earlier, 0
+    for count, limit in RENEWING:
+        if count != len(bent):
+            bent, _ = terrain.settled(bent, count, smooth=total > 0)
         bent, iterations = _bent(terrain, bent, limit)
         total += iterations
         path = _read_smoothly(terrain, bent, spacing)
