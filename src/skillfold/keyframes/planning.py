@@ -45,8 +45,8 @@ def plan_skill(
     """A path of a robot's joints through the envelopes of a skill to its last Gaussian, clear of obstacles.
 
     Where nothing is found, paths may come nearer to obstacles than the margin; then the gates are widened, ×2 and ×4
-    in squared distance, and the plan tells; what cannot be is
-    told at once: a start in collision, beyond joint limits or outside every gate, a goal out of reach or blocked.
+    in squared distance, and the plan tells; what cannot be is told at once: a start in collision, beyond joint limits
+    or outside every gate, a goal out of reach or blocked.
 
     Args:
         skill: with ordered Gaussians.
@@ -56,7 +56,7 @@ def plan_skill(
         alpha: percent of the variance that a reduced envelope keeps; 100 is the full envelope.
         time_limit: seconds.
         stop: "first" ends with the first path; "time" makes it shorter until the time is up.
-        seed: same seed, same path, unless the time of a try runs out (the first has three tenths) or `stop` is "time".
+        seed: same seed, same path, unless a try runs out of time (the first has .3 of it) or `stop` is "time".
         variant: "mended", or "paper" for algorithms 3 to 5 as printed, which neither keep paths inside nor widen
             gates: such plans seldom say success.
         start_at: the pair to start with; None tells it from the start's pose.

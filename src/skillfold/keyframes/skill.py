@@ -173,7 +173,7 @@ class KeyframeSkill:
             alpha: percent of the variance that a reduced envelope keeps; 100 is the full envelope.
             time_limit: seconds.
             stop: "first" ends with the first path; "time" makes it shorter until the time is up.
-            seed: same seed, same path, unless the time of a try runs out (the first has three tenths) or `stop` is "time".
+            seed: same seed, same path, unless a try runs out of time (the first has .3 of it) or `stop` is "time".
             variant: "mended", or "paper" for algorithms 3 to 5 as printed.
             start_at: the pair to start with; None tells it from the start's pose.
             until: the Gaussian to end at; None is the last.
