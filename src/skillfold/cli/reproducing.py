@@ -47,10 +47,11 @@ class Reproduce:
         tables = []
         with console.progress() as progress, console.quiet():
             for name in dict.fromkeys(self.names or EXPERIMENTS):
-                rows, picture = EXPERIMENTS[name](Settings(chosen, None, progress), folder)
-                told.append({"name": name, "picture": str(picture), "rows": [row.as_dict() for row in rows]})
-                tables.append(rows_table(name, rows))
-        pictures = ", ".join(part["picture"] for part in told)
+                result = EXPERIMENTS[name].run(Settings(chosen, None, progress), folder)
+                files_of = [str(picture.file) for picture in result.pictures]
+                told.append({"name": name, "pictures": files_of, "rows": [row.as_dict() for row in result.rows]})
+                tables.append(rows_table(name, result.rows))
+        pictures = ", ".join(file for part in told for file in part["pictures"])
         facts = {"seed": chosen, "experiments": told}
         console.report(facts, self.json, *tables, f"seed {chosen}; pictures: {pictures}")
         return 0

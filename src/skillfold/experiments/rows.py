@@ -60,12 +60,18 @@ class Settings:
         data: folder with `ecomann/` and `robotasks/`, or None.
         progress: told how far the work is.
         fit: what learns a skill from samples or recordings; `SkillManifold.fit` unless told otherwise.
+        quick: few trials of everything, for a first look.
     """
 
     seed: int
     data: Path | None = None
     progress: Progress = lambda label, share: None
     fit: Fit | None = None
+    quick: bool = False
+
+    def few(self, many: int, few: int) -> int:
+        """How many trials: `many`, or `few` for a first look."""
+        return few if self.quick else many
 
     def learn(self, demos: Any, **options: Any) -> Any:
         """A skill fitted with the given options and, apart from them, the defaults that a user gets."""

@@ -7,8 +7,7 @@ the stiffest that stays calm. How long a motion takes follows from what tumblers
 below a part of what tips them.
 """
 
-import os
-from collections.abc import Iterator, Sequence
+
 from dataclasses import dataclass
 from typing import Any
 
@@ -155,13 +154,6 @@ def run(method: str, skill: Any, trial: Trial) -> Outcome:
     way = tray.positions(np.array([made.reference.at(time)[0] for time in times]))
     return outcome(carry(method, skill, trial), trial, way)
 
-
-def in_parallel(function: Any, cases: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
-    """`function(*case)` for every case, in order, over all cores."""
-    from joblib import Parallel, delayed
-
-    jobs = min(os.cpu_count() or 1, len(cases))
-    yield from Parallel(jobs, return_as="generator")(delayed(function)(*case) for case in cases)
 
 
 def _farthest(points: Array, way: Array) -> float:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.experiments.parallel import in_parallel
 from skillfold.experiments.rows import Row, Settings
 from skillfold.experiments.tumbler_boxes import JUMP, Passing, passing
 from skillfold.experiments.tumbler_runs import (
@@ -20,7 +21,6 @@ from skillfold.experiments.tumbler_runs import (
     METHODS,
     Outcome,
     Trial,
-    in_parallel,
     run,
     skill_of,
     trials,
