@@ -7,7 +7,6 @@ the stiffest that stays calm. How long a motion takes follows from what tumblers
 below a part of what tips them.
 """
 
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -153,7 +152,6 @@ def run(method: str, skill: Any, trial: Trial) -> Outcome:
     times = np.linspace(0.0, trial.duration, 200)
     way = tray.positions(np.array([made.reference.at(time)[0] for time in times]))
     return outcome(carry(method, skill, trial), trial, way)
-
 
 
 def _farthest(points: Array, way: Array) -> float:
