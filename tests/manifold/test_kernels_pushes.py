@@ -121,7 +121,7 @@ def test_add_push(terrain, steepest):
     stiffness, force = rng.normal(size=(len(tangents), len(tangents))), rng.normal(size=len(tangents))
     before = stiffness.copy(), force.copy()
     slope, normal = rng.normal(size=D), rng.normal(size=D)
-    pushes.add_push(slope, 0.3, steepest, normal, tangents, stiffness, force)
+    pushes.add_push(slope, 0.3, steepest, twins.STIFF, normal, tangents, stiffness, force)
     more, pushed_by = twins.push(slope, 0.3, steepest, normal, tangents)
     np.testing.assert_allclose(stiffness, before[0] + more, atol=1e-10)
     np.testing.assert_allclose(force, before[1] + pushed_by, atol=1e-10)
@@ -131,6 +131,23 @@ def test_where_there_is_no_slope_there_is_no_push(terrain):
     tangents = tangents_of(terrain)
     stiffness, force = empty(tangents)
     zero = np.zeros(terrain.width)
-    pushes.add_push(zero, 0.3, 0.0, zero, tangents, stiffness, force)
+    pushes.add_push(zero, 0.3, 0.0, twins.STIFF, zero, tangents, stiffness, force)
     np.testing.assert_array_equal(stiffness, 0.0)
     np.testing.assert_array_equal(force, 0.0)
+
+
+def test_between_an_obstacle_and_a_limit_the_limit_wins(terrain):
+    """Where both have the same gradient, a state rests within the limit though the obstacle asks for more room."""
+    chart, tangents = terrain.land.chart, np.eye(terrain.width)
+    state, zero = chart.centre.copy(), np.zeros(terrain.width)
+    rest = chart.upper[1]
+    state[1] = rest - twins.INSET * chart.scale  # where the limit begins to push
+    outward = chart.scale * chart.axes[:, 1]
+    asked = 5.0 * twins.INSET * chart.scale  # by the obstacle, further out
+    for _ in range(50):
+        stiffness, force = empty(tangents)
+        depth = asked - (state[1] - (rest - twins.INSET * chart.scale))
+        pushes.add_push(outward, depth, 0.0, twins.STIFF, zero, tangents, stiffness, force)
+        pushes.push_off_limits(chart, state, zero, tangents, np.empty(len(state)), stiffness, force)
+        state += chart.scale * (np.linalg.lstsq(stiffness, force, rcond=None)[0] @ chart.axes)
+    assert rest - twins.INSET * chart.scale < state[1] < rest

@@ -13,7 +13,7 @@ from planning import twins as points
 STEPS, ON = 12, 1e-7
 FLAT = 0.2
 LOCAL = 2.5
-STIFF, BLUNT, SIGHT, INSET = 10.0, 0.1, 3.0, 0.005
+STIFF, STIFF_LIMIT, BLUNT, SIGHT, INSET = 10.0, 100.0, 0.1, 3.0, 0.005
 STRIDE, FREED = 0.5, 0.3
 RATE, EVENING = 0.3, 0.25
 
@@ -184,9 +184,9 @@ def shorten(land, path, picks, step, margin):
 # Pushes
 
 
-def push(slope, depth, steepest, normal, tangents):
-    """Stiffness and force along the tangents of ½ STIFF (depth / ‖slope‖)², off the surface by `normal`."""
-    weight = STIFF / max(slope @ slope, (BLUNT * steepest) ** 2, 1e-300)
+def push(slope, depth, steepest, normal, tangents, stiff=STIFF):
+    """Stiffness and force along the tangents of ½ stiff (depth / ‖slope‖)², off the surface by `normal`."""
+    weight = stiff / max(slope @ slope, (BLUNT * steepest) ** 2, 1e-300)
     along = tangents @ slope
     return weight * np.outer(along, along), weight * along * (depth + slope @ normal)
 
@@ -213,7 +213,7 @@ def push_off_limits(chart, state, normal, tangents):
         depth = max(depths) + INSET * chart.scale
         if depth > 0:
             sign = -1.0 if depths[0] > depths[1] else 1.0
-            more, pushed = push(sign * chart.scale * chart.axes[:, c], depth, 0.0, normal, tangents)
+            more, pushed = push(sign * chart.scale * chart.axes[:, c], depth, 0.0, normal, tangents, STIFF_LIMIT)
             stiffness, force = stiffness + more, force + pushed
     return stiffness, force
 

@@ -17,8 +17,7 @@ ROOM = 4000  # nodes of both trees together
 SHORTCUTS, MORE_SHORTCUTS = 30, 150  # tried before a path is made smooth, and where it cannot be
 COARSE = (24, 48, 96)  # states of the path that is made smooth, the more where the fewer do not keep clear
 SMOOTH_STEPS, SMOOTHED = 40, 2e-3  # of the smoothing at most, and its last step in rms radii
-# States and steps with which an earlier path is bent, and more where they do not suffice.
-RENEWING = ((COARSE[0], 10), (COARSE[0], 30), (COARSE[1], 20))
+RENEWING = (10, 30, 30)  # steps with which an earlier path is bent, and more where they do not suffice
 CAP = 0.3  # longest step of a state, rms radii
 
 
@@ -98,16 +97,22 @@ def smoothed(terrain: Terrain, rough: Array, spacing: float) -> tuple[Array, int
 
 
 def renewed(terrain: Terrain, earlier: Array, spacing: float) -> tuple[Array, int]:
-    """The same of an earlier path, which few states and mostly few steps make clear again."""
-    bent, total = earlier, 0
-    for count, limit in RENEWING:
+    """The same of an earlier path, which few states and mostly few steps make clear again.
+
+    Where those states keep clear but not the way between them, it takes more states; else more steps.
+    """
+    bent, count, total = earlier, COARSE[0], 0
+    for limit in RENEWING:
         if count != len(bent):
             bent, _ = terrain.settled(bent, count, smooth=total > 0)
         bent, iterations = _bent(terrain, bent, limit)
         total += iterations
+        if not terrain.keeps_clear(bent):
+            continue
         path = _read_smoothly(terrain, bent, spacing)
         if len(path):
             return path, total
+        count = COARSE[1]
     return np.empty((0, earlier.shape[1])), total
 
 

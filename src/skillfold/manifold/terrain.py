@@ -107,6 +107,12 @@ class Terrain:
         resample(path, dense)
         return dense, bool(settle_path(self.model.surface, self.model.field, self.support, dense))
 
+    def keeps_clear(self, path: Array) -> bool:
+        """Whether the states of a path (n, D) do, whatever lies between them."""
+        states = self.states(path[1:-1])
+        within = np.all((states >= self.chart.lower) & (states <= self.chart.upper))
+        return bool(within) and bool(np.all(self.obstacles.clearance(states) > self.margin))
+
     def first_blocked(self, path: Array, margin: float | None = None) -> int:
         """Where the first edge of a path (n, D) starts that does not keep the margin, by default its own; or -1."""
         return int(first_blocked(self.chart, self.barrier, path, self.margin if margin is None else margin))

@@ -12,6 +12,8 @@ from skillfold.planning.barrier import Barrier, within_at
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 STIFF = 10.0  # of a penalty, where the spring between neighbouring states has 1
+# Of a limit: an obstacle asks for more room than it must have, a limit for hardly any, and between them it must win.
+STIFF_LIMIT = 100.0
 BLUNT = 0.1  # of the steepest gradient: flatter ones are not taken for an infinite depth
 SIGHT = 3.0  # margins, up to which clearance is told
 INSET = 0.005  # rms radii that a path keeps from limits
@@ -44,7 +46,7 @@ def push_off_obstacles(
         to_slope(chart, gradients[p], slope)
         steepest = max(steepest, norm(slope))
         if distances[p] < margin:
-            add_push(slope, margin - distances[p], steepest, normal, tangents, stiffness, force)
+            add_push(slope, margin - distances[p], steepest, STIFF, normal, tangents, stiffness, force)
     return least, steepest
 
 
@@ -59,12 +61,19 @@ def push_off_limits(
         if max(over, under) > 0.0:
             for k in range(state.size):
                 slope[k] = chart.scale * chart.axes[k, c] * (-1.0 if over > under else 1.0)
-            add_push(slope, max(over, under), 0.0, normal, tangents, stiffness, force)
+            add_push(slope, max(over, under), 0.0, STIFF_LIMIT, normal, tangents, stiffness, force)
 
 
 @inner
 def add_push(
-    slope: Array, depth: float, steepest: float, normal: Array, tangents: Array, stiffness: Array, force: Array
+    slope: Array,
+    depth: float,
+    steepest: float,
+    stiff: float,
+    normal: Array,
+    tangents: Array,
+    stiffness: Array,
+    force: Array,
 ) -> None:
     """One penalty of a depth with this gradient (D,), into stiffness (d, d) and force (d,)."""
     d, D = tangents.shape
@@ -72,7 +81,7 @@ def add_push(
     for c in range(D):
         weight += slope[c] ** 2
         ahead += slope[c] * normal[c]
-    weight = STIFF / max(weight, (BLUNT * steepest) ** 2, 1e-300)
+    weight = stiff / max(weight, (BLUNT * steepest) ** 2, 1e-300)
     for a in range(d):
         s = 0.0
         for c in range(D):
