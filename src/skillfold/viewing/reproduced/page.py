@@ -4,6 +4,7 @@ from base64 import b64encode
 from collections.abc import Iterable, Mapping
 from html import escape
 from importlib.resources import files
+from itertools import groupby
 from math import isfinite
 from pathlib import Path
 from string import Template
@@ -78,8 +79,8 @@ def _list(items: Iterable[str]) -> str:
 def _opening(title: str, told: Facts) -> str:
     trials = "few trials of everything, for a first look" if told["quick"] else "all trials"
     lede = (
-        "The experiments of two papers, repeated with the library as a user gets it. Figures were measured here, "
-        "beside what the library means to reach and what the papers print; pictures are drawn from the same runs. "
+        "The experiments of two papers, repeated with the library as a user gets it. What was measured on the "
+        "machine told at the end stands beside what the library means to reach and what the papers print. "
         f"Seed {told['seed']}, {trials}."
     )
     parts = [_tag("h1", title), _tag("p", lede, class_="lede")]
@@ -97,14 +98,18 @@ def _opening(title: str, told: Facts) -> str:
 
 def _summary(told: Facts) -> str:
     counts = told["targets"]
-    words = {"met": "targets met", "missed": "targets missed", "not measured": "not measured"}
+    words = ("targets met", "targets missed", "targets not measured", "figures without target")
     numbers = "".join(
-        _wrap("div", _tag("b", str(counts[key])) + _tag("span", text), class_=_class(key))
-        for key, text in (words | {"without target": "figures without target"}).items()
+        _wrap("div", _tag("b", str(count)) + _tag("span", text), class_=_class(verdict) if count else "none")
+        for (verdict, count), text in zip(counts.items(), words, strict=True)
     )
-    lines = "".join(map(_summary_line, told["experiments"]))
     head = "".join(_tag("th", text, scope="col") for text in ("experiment", *counts, "seconds"))
-    table = f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>" if lines else ""
+    groups = (
+        _tag("th", paper, scope="rowgroup", colspan="6", class_="note") + "</tr>" + "".join(map(_summary_line, parts))
+        for paper, parts in groupby(told["experiments"], lambda part: part["paper"])
+    )
+    body = "".join(f"<tbody><tr>{group}</tbody>" for group in groups)
+    table = f"<table><thead><tr>{head}</tr></thead>{body}</table>" if body else ""
     return _wrap("section", f"<h2>Summary</h2>{_wrap('div', numbers, class_='counts')}{table}", id="summary")
 
 
@@ -113,7 +118,7 @@ def _summary_line(part: Facts) -> str:
     if part["failed"] is not None:
         return f"<tr>{cells[0]}{_tag('td', '✗ ended with an error', colspan='5', class_='missed')}</tr>"
     cells += [
-        _tag("td", str(count) if count else "·", data_label=key, class_=f"number {_class(key) if count else ''}")
+        _tag("td", str(count) if count else "·", data_label=key, class_=f"number {_class(key) if count else 'empty'}")
         for key, count in part["targets"].items()
     ]
     cells.append(_tag("td", f"{part['seconds']:.0f}", data_label="seconds", class_="number"))
@@ -161,16 +166,19 @@ def _experiment(part: Facts, told: Facts, folder: Path) -> str:
 
 
 def _table(rows: Iterable[Facts]) -> str:
-    head = "".join(_tag("th", text, scope="col") for text in COLUMNS)
-    body = "\n".join(f"<tr>{''.join(map(_cell, COLUMNS, _cells(row)))}</tr>" for row in rows)
-    return f'<table class="rows"><thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table>'
+    """A table of what was measured; columns that would stand empty are left out."""
+    cells = [_cells(row) for row in rows]
+    shown = [column for column in COLUMNS if any(told[column] for told in cells)]
+    head = "".join(_tag("th", column, scope="col") for column in shown)
+    body = "\n".join(f"<tr>{''.join(_cell(column, told[column]) for column in shown)}</tr>" for told in cells)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table>"
 
 
-def _cells(row: Facts) -> tuple[str, ...]:
+def _cells(row: Facts) -> dict[str, str]:
     verdict = row["verdict"]
     told = f"{MARKS[verdict]} {verdict}" if verdict != "without target" else ""
     measured = f"{figure(row['measured'])} {row['unit']}".strip()
-    return row["name"], measured, target(row), told, row["paper"], row["note"]
+    return dict(zip(COLUMNS, (row["name"], measured, target(row), told, row["paper"], row["note"]), strict=True))
 
 
 def _cell(column: str, text: str) -> str:
