@@ -202,6 +202,13 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path):
     assert not list(tmp_path.glob(".report*"))
 
 
+def test_a_folder_in_the_place_of_what_is_kept_costs_that_experiment_only(tmp_path):
+    every, _ = experiments("one", "two")
+    (tmp_path / "one.json").mkdir()
+    under_way, _ = repeat(Asked(), every, tmp_path)
+    assert list(under_way.failed) == ["one"] and list(under_way.done) == ["two"]
+
+
 def changed(**values):
     """A stored file with some of its values changed; None leaves one out."""
 
@@ -269,7 +276,10 @@ def test_what_is_damaged_is_measured_anew(tmp_path, change):
     assert running.take_up(Asked(seed=5), every, folder).taken == ["one", "two"]
 
 
-@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"{}", b'{"format": 1, "run": {"seed": -1}}', None])
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\xff\xfe", b"{}", b'{"format": 1, "seed": -1, "quick": false, "data": null, "machine": {}}', None],
+)
 def test_a_damaged_report_costs_nothing_but_the_seed(tmp_path, content):
     every, _ = experiments("one")
     (file := tmp_path / "report.json").write_bytes(os.urandom(50) if content is None else content)

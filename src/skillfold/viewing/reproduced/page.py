@@ -30,10 +30,8 @@ def page(told: Facts, folder: Path) -> str:
         _tag("title", f"skillfold: {title.lower()}"),
         f"<style>{_style()}</style>",
     ]
-    text = "\n".join(
-        ["<!doctype html>", '<html lang="en"><head>', *head, "</head><body><main>", *body, _closing(told)]
-    )
-    return text + "\n</main></body></html>\n"
+    whole = ["<!doctype html>", '<html lang="en"><head>', *head, "</head><body><main>", *body, _closing(told)]
+    return "\n".join([*whole, "</main></body></html>\n"])
 
 
 def figure(value: float | None) -> str:
@@ -45,8 +43,13 @@ def figure(value: float | None) -> str:
     return f"{value:.0f}" if value == round(value) and abs(value) < 1e6 else f"{value:.3g}"
 
 
+def measured(row: Facts) -> str:
+    """What was measured, with its unit."""
+    return figure(row["measured"]) + (f" {row['unit']}" if row["measured"] is not None and row["unit"] else "")
+
+
 def target(row: Facts) -> str:
-    """What a row must reach, in its unit; empty where nothing."""
+    """What a row must reach, in the unit of what was measured; empty where nothing."""
     if row["target"] is None:
         return ""
     return f"{SIGNS.get(row['comparison'], row['comparison'])} {figure(row['target'])}"
@@ -54,9 +57,14 @@ def target(row: Facts) -> str:
 
 def _style() -> str:
     css = files("skillfold.viewing.reproduced").joinpath("page.css").read_text(encoding="utf-8")
-    return Template(css).substitute(
-        ink=style.INK, soft=style.SOFT, faint=style.FAINT, missed=style.OFF, met=style.ON, link=style.TUNNEL
-    )
+    colours = {
+        "ink": style.INK,
+        "faint": style.FAINT,
+        "met": style.ON,
+        "missed": style.PLANS[0],
+        "link": style.TUNNEL,
+    }
+    return Template(css).substitute(colours)
 
 
 def _tag(name: str, text: str, **attributes: str) -> str:
@@ -83,17 +91,12 @@ def _opening(title: str, told: Facts) -> str:
         "machine told at the end stands beside what the library means to reach and what the papers print. "
         f"Seed {told['seed']}, {trials}."
     )
-    parts = [_tag("h1", title), _tag("p", lede, class_="lede")]
-    if told["quick"]:
-        parts.append(
-            _tag("p", "With few trials, shares and means scatter: a look, not a measurement.", class_="aside")
-        )
-    if told["absent"]:
-        names = _list(f"{_tag('code', name)} {escape(text)}" for name, text in told["absent"].items())
-        parts.append(
-            _wrap("div", _tag("p", "Not in this report, because not run, or not yet:") + names, class_="aside")
-        )
-    return _wrap("header", "".join(parts))
+    look = "<p>With few trials, shares and means scatter: this is a look, not a measurement.</p>"
+    absent = _list(f"{_tag('code', name)} {escape(text)}" for name, text in told["absent"].items())
+    asides = [look] if told["quick"] else []
+    asides += [f"<p>Not in this report, because not run, or not yet:</p>{absent}"] if absent else []
+    shaded = "".join(_wrap("div", aside, class_="aside") for aside in asides)
+    return _wrap("header", _tag("h1", title) + _tag("p", lede, class_="lede") + shaded)
 
 
 def _summary(told: Facts) -> str:
@@ -142,7 +145,7 @@ def _link(part: Facts) -> str:
 
 
 def _sentence(row: Facts) -> str:
-    got = "not measured" if row["verdict"] == "not measured" else f"{figure(row['measured'])} {row['unit']}".strip()
+    got = "not measured" if row["verdict"] == "not measured" else measured(row)
     beside = f", target {target(row)}" + (f"; in the paper {row['paper']}" if row["paper"] else "")
     note = f" {row['note'].rstrip('.')}." if row["note"] else ""
     return f"{escape(row['name'])}: {_tag('strong', got)}{escape(beside)}.{_tag('span', note, class_='note')}"
@@ -150,18 +153,15 @@ def _sentence(row: Facts) -> str:
 
 def _experiment(part: Facts, told: Facts, folder: Path) -> str:
     took = "" if part["seconds"] is None else f" · {part['seconds']:.0f} s"
-    blocks = [
-        _tag("h2", part["title"]),
-        _tag("p", f"{part['paper']} · {part['name']} · seed {told['seed']}{took}", class_="meta"),
-    ]
+    meta = f"{part['paper']} · {part['name']} · seed {told['seed']}{took}"
+    blocks = [_tag("h2", part["title"]), _tag("p", meta, class_="meta")]
     if part["failed"] is not None:
         blocks.append(_tag("p", f"✗ Ended with an error. {part['failed']}", class_="failed"))
     if part["differs"]:
-        blocks.append(
-            _wrap("div", "<h3>What differs, and why</h3>" + _list(map(escape, part["differs"])), class_="aside")
-        )
-    blocks += [_figure(picture, folder) for picture in part["pictures"]]
+        differs = "<h3>What differs, and why</h3>" + _list(map(escape, part["differs"]))
+        blocks.append(_wrap("div", differs, class_="aside"))
     blocks += [_table(part["rows"])] if part["rows"] else []
+    blocks += [_figure(picture, folder) for picture in part["pictures"]]
     return _wrap("section", "\n".join(blocks), id=part["name"])
 
 
@@ -177,8 +177,7 @@ def _table(rows: Iterable[Facts]) -> str:
 def _cells(row: Facts) -> dict[str, str]:
     verdict = row["verdict"]
     told = f"{MARKS[verdict]} {verdict}" if verdict != "without target" else ""
-    measured = f"{figure(row['measured'])} {row['unit']}".strip()
-    return dict(zip(COLUMNS, (row["name"], measured, target(row), told, row["paper"], row["note"]), strict=True))
+    return dict(zip(COLUMNS, (row["name"], measured(row), target(row), told, row["paper"], row["note"]), strict=True))
 
 
 def _cell(column: str, text: str) -> str:
@@ -204,7 +203,7 @@ def _figure(picture: Facts, folder: Path) -> str:
 
 
 def _closing(told: Facts) -> str:
-    machine, data = told["machine"], told["run"]["data"]
+    machine, data = told["machine"], told["data"]
     packages = ", ".join(f"{name} {version}" for name, version in machine["packages"].items())
     facts = {
         "machine": f"{machine['system']}, {machine['cores']} cores",

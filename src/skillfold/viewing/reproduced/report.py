@@ -13,6 +13,7 @@ from skillfold.viewing.reproduced import stored
 from skillfold.viewing.reproduced.page import page
 from skillfold.viewing.reproduced.result import Experiment
 from skillfold.viewing.reproduced.running import REPORT, UnderWay
+from skillfold.viewing.reproduced.stored import Run
 
 PAGE = "report.html"
 PAPERS = {
@@ -39,14 +40,10 @@ def facts(under_way: UnderWay, experiments: Mapping[str, Experiment], folder: Pa
     there = [name for name in experiments if name in under_way.done or name in under_way.failed]
     parts = [_part(name, experiments[name], under_way) for name in there]
     absent = [name for name in experiments if name not in there]
-    run = under_way.run
     return {
         "format": stored.FORMAT,
-        "run": asdict(run),
-        "seed": run.seed,
-        "quick": run.quick,
-        "machine": run.machine,
-        "again": again(under_way, experiments, folder),
+        **asdict(under_way.run),
+        "again": again(under_way.run, there if absent else [], folder),
         "targets": {verdict: sum(part["targets"][verdict] for part in parts) for verdict in VERDICTS},
         "seconds": sum(part["seconds"] or 0.0 for part in parts),
         "experiments": parts,
@@ -61,11 +58,9 @@ def verdict(row: Row) -> str:
     return {True: "met", False: "missed", None: "not measured"}[row.met]
 
 
-def again(under_way: UnderWay, experiments: Mapping[str, Experiment], folder: Path) -> str:
-    """The command that measures everything in the report anew, with the same seed."""
-    there = [name for name in experiments if name in under_way.done or name in under_way.failed]
-    run = under_way.run
-    words = ["skillfold", "reproduce", *(there if len(there) < len(experiments) else ())]
+def again(run: Run, names: Iterable[str], folder: Path) -> str:
+    """The command that measures the named experiments (all where none is named) anew, with the same seed."""
+    words = ["skillfold", "reproduce", *names]
     words += ["--quick"] if run.quick else []
     words += [] if run.data is None else ["--data", run.data]
     return shlex.join([*words, "--seed", str(run.seed), "--fresh", "--out", str(folder)])

@@ -67,15 +67,9 @@ def take_up(asked: Asked, experiments: Mapping[str, Experiment], folder: Path) -
     The run goes on where the settings, versions and machine are the same, and so is the seed unless none is given.
     Where all experiments are finished and neither seed nor names are given, a new run begins.
     """
-    data = None if asked.data is None else str(asked.data.resolve())
-    run = Run(secrets.randbits(32) if asked.seed is None else asked.seed, asked.quick, data, machine())
     notes: list[str] = []
+    run = _run(asked, folder, notes)
     names = list(dict.fromkeys(asked.names or experiments))
-    earlier = None if asked.fresh else stored.read_run(folder / REPORT)
-    if asked.seed is None and earlier and replace(earlier, seed=run.seed) == run:
-        run = earlier
-    elif earlier and earlier != run:
-        notes.append(f"{folder} holds a run of another seed, of other settings or versions: begun anew.")
     anew = set(names) if asked.fresh else set[str]()
     done = _kept(run, [name for name in experiments if name not in anew], folder, notes)
     if asked.seed is None and not asked.names and len(done) == len(experiments):
@@ -106,20 +100,10 @@ def go_on(
     tell(under_way)
     for number, name in enumerate(left, 1):
         progress = begin(f"{name} ({number} of {len(left)})", (number - 1) / len(left))
-        settings = Settings(
-            under_way.run.seed,
-            None if under_way.run.data is None else Path(under_way.run.data),
-            progress,
-            quick=under_way.run.quick,
-        )
-        file_of(folder, name).unlink(missing_ok=True)  # of another run, whose pictures are now drawn over
         try:
-            finished = _measured(experiments[name], settings, folder)
-            stored.write(file_of(folder, name), under_way.run, finished)
+            under_way.done[name] = _measured(name, experiments[name], under_way.run, folder, progress)
         except Exception as error:
             under_way.failed[name] = in_words(error)
-        else:
-            under_way.done[name] = finished
         under_way.left.remove(name)
         tell(under_way)
 
@@ -138,12 +122,30 @@ def in_words(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())[:300]}{where}"
 
 
-def _measured(experiment: Experiment, settings: Settings, folder: Path) -> Finished:
+def _run(asked: Asked, folder: Path, notes: list[str]) -> Run:
+    """The run in the folder where it is the one that is asked for, else a new one."""
+    data = None if asked.data is None else str(asked.data.resolve())
+    new = Run(secrets.randbits(32) if asked.seed is None else asked.seed, asked.quick, data, machine())
+    earlier = None if asked.fresh else stored.read_run(folder / REPORT)
+    if asked.seed is None and earlier and replace(earlier, seed=new.seed) == new:
+        return earlier
+    if earlier and earlier != new:
+        notes.append(f"{folder} holds a run of another seed, of other settings or versions: begun anew.")
+    return new
+
+
+def _measured(name: str, experiment: Experiment, run: Run, folder: Path, progress: Progress) -> Finished:
+    """Run an experiment and keep what it comes to."""
+    data = None if run.data is None else Path(run.data)
+    file = file_of(folder, name)
+    file.unlink(missing_ok=True)  # of another run, whose pictures are now drawn over
     begun = perf_counter()
-    result = experiment.run(settings, folder)
-    for picture in result.pictures:
+    result = experiment.run(Settings(run.seed, data, progress, quick=run.quick), folder)
+    finished = Finished(tuple(result.rows), tuple(result.pictures), perf_counter() - begun)
+    for picture in finished.pictures:
         stored.png(picture.file)
-    return Finished(tuple(result.rows), tuple(result.pictures), perf_counter() - begun)
+    stored.write(file, run, finished)
+    return finished
 
 
 def _kept(run: Run, names: Iterable[str], folder: Path, notes: list[str]) -> dict[str, Finished]:

@@ -80,7 +80,7 @@ def read(path: Path) -> tuple[Run, Finished]:
 def read_run(path: Path) -> Run | None:
     """The run that a report is of; None where there is no report, or none that can be read."""
     try:
-        return run_of(_object(path)["run"])
+        return run_of(_object(path))
     except FAULTS:
         return None
 
@@ -107,7 +107,7 @@ def png(path: Path) -> bytes:
     """
     data = path.read_bytes()
     if not data.startswith(PNG):
-        raise ValueError(f"{path.name} is no picture")
+        raise ValueError(f"{path.name!r:.60} is no picture")
     return data
 
 
