@@ -171,7 +171,15 @@ def best(result):
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(None, "–"), (0.0, "0"), (200.0, "200"), (0.12345, "0.123"), (12345.678, "1.23e+04"), (-float("inf"), "−∞")],
+    [
+        (None, "–"),
+        (0.0, "0"),
+        (200.0, "200"),
+        (0.12345, "0.123"),
+        (12345.678, "12346"),
+        (3e6, "3e+06"),
+        (-float("inf"), "−∞"),
+    ],
 )
 def test_figures_have_few_digits(value, text):
     assert page.figure(value) == text

@@ -35,12 +35,13 @@ def page(told: Facts, folder: Path) -> str:
 
 
 def figure(value: float | None) -> str:
-    """A figure in few digits; whole numbers in full."""
+    """A figure in three digits; whole numbers, and those above a thousand, in full."""
     if value is None:
         return "–"
     if not isfinite(value):
         return "∞" if value > 0 else "−∞" if value < 0 else "no number"
-    return f"{value:.0f}" if value == round(value) and abs(value) < 1e6 else f"{value:.3g}"
+    whole = value == round(value) or abs(value) >= 1e3
+    return f"{value:.0f}" if whole and abs(value) < 1e6 else f"{value:.3g}"
 
 
 def measured(row: Facts) -> str:
