@@ -67,6 +67,12 @@ def test_ctrl_c_leaves_a_report_and_says_how_to_go_on(made, tmp_path, capsys):
     assert "Section I: one" in out and [len(made[name].calls) for name in NAMES] == [1, 2, 1]
 
 
+def test_ctrl_c_in_a_fresh_run_says_what_to_leave_out(made, capsys):
+    made["two"].raises = KeyboardInterrupt()
+    code, _, err = run(capsys, "--fresh")
+    assert code == 130 and "the same command without --fresh goes on" in err
+
+
 def test_an_experiment_that_fails_ends_with_1_after_all_others(made, tmp_path, capsys):
     made["two"].raises = ValueError("no way")
     code, out, _ = run(capsys)

@@ -79,7 +79,8 @@ class Reproduce:
             with console.progress_in_parts() as begin, console.quiet():
                 go_on(under_way, EXPERIMENTS, folder, begin, tell)
         except KeyboardInterrupt:
-            left = f"{', '.join(under_way.left)} left; the same command goes on"
+            how = "the same command without --fresh goes on" if self.fresh else "the same command goes on"
+            left = f"{', '.join(under_way.left)} left; {how}"
             console.say(f"{len(under_way.done)} finished, in {folder / report.PAGE}; {left}")
             raise
         return facts
