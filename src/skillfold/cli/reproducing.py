@@ -79,11 +79,14 @@ class Reproduce:
             with console.progress_in_parts() as begin, console.quiet():
                 go_on(under_way, EXPERIMENTS, folder, begin, tell)
         except KeyboardInterrupt:
-            how = "the same command without --fresh goes on" if self.fresh else "the same command goes on"
-            left = f"{', '.join(under_way.left)} left; {how}"
-            console.say(f"{len(under_way.done)} finished, in {folder / report.PAGE}; {left}")
+            self._tell_stopped(under_way, folder / report.PAGE)
             raise
         return facts
+
+    def _tell_stopped(self, under_way: "UnderWay", page: Path) -> None:
+        command = "the same command without --fresh" if self.fresh else "the same command"
+        left = ", ".join(under_way.left)
+        console.say(f"{len(under_way.done)} finished, in {page}; {left} left; {command} goes on")
 
 
 def _tell_found(under_way: "UnderWay") -> None:
