@@ -3,13 +3,14 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test check bench pictures format clean
+.PHONY: help demo test check bench reproduce pictures format clean
 help:
 	@echo "make demo    learn, plan and project on real recordings; pictures in demo/"
 	@echo "make test    lint, types and the whole test suite"
 	@echo "make check   lint and types only"
 	@echo "make pictures  draw the README pictures anew"
 	@echo "make bench   measure everything the README claims (DATA=folder adds recordings of your own)"
+	@echo "make reproduce  repeat the papers' experiments; one report in results/ (DATA=folder as above)"
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
@@ -35,6 +36,9 @@ check: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/skillfold bench $(if $(DATA),--data $(DATA)) --json bench.json
+
+reproduce: $(VENV)/.dev
+	$(BIN)/skillfold reproduce $(if $(DATA),--data $(DATA)) --out results
 
 pictures: demo
 	$(BIN)/skillfold demo keyframes --out demo

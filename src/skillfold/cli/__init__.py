@@ -1,8 +1,8 @@
 """The command line: `skillfold fit | fit-keyframes | info | plan | project | simulate | demo | bench | reproduce`.
 
 Every command is a frozen dataclass: its fields are the options, its `run` does the work and returns the exit
-code. 0: done; 1: a plan that cannot be made; 2: bad input, said in one line; 130: stopped by Ctrl-C. What a
-command reports goes to stdout, everything else (progress, notes, errors) to stderr.
+code. 0: done; 1: a plan that cannot be made, an experiment that ended with an error; 2: bad input, said in one line;
+130: stopped by Ctrl-C. What a command reports goes to stdout, everything else (progress, notes, errors) to stderr.
 """
 
 import os

@@ -1,18 +1,20 @@
 """What commands say: reports on stdout, as tables or JSON; progress, notes and errors on stderr."""
 
 import io
-import json
-import math
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+from skillfold.io.json_text import to_json
+
 PLAIN_WIDTH = 120  # of tables that go to a file or a pipe
 
 Progress = Callable[[str, float], None]
 """Called with a stage and the share of it that is done."""
+Begin = Callable[[str, float], Progress]
+"""Called with the part of a whole that begins and the share of the whole that is done; answers its own progress."""
 
 
 def forgive() -> None:
@@ -36,11 +38,6 @@ def report(facts: Mapping[str, Any], as_json: bool, *tables: Any) -> None:
         for part in tables or (facts_table(facts),):
             out.print(part, soft_wrap=isinstance(part, str) and not out.is_terminal)
     sys.stdout.flush()  # a reader that has gone is noticed here, and not at exit
-
-
-def to_json(facts: Any) -> str:
-    """JSON text; NaN and infinities, which JSON has not, become null."""
-    return json.dumps(_finite(facts), indent=2) + "\n"
 
 
 def facts_table(facts: Mapping[str, Any]) -> str:
@@ -72,13 +69,27 @@ def progress() -> Iterator[Progress]:
     if not err.is_terminal:
         yield _stage_lines()
         return
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(28), TimeElapsedColumn())
-    with Bar(*columns, console=err, transient=True) as bar:
+    with _bar(err) as bar:
         task = bar.add_task("", total=1.0)
         yield lambda stage, share: bar.update(task, description=stage, completed=share)
+
+
+@contextmanager
+def progress_in_parts() -> Iterator[Begin]:
+    """Two bars on a terminal, of the whole and of the part under way; lines that name the part elsewhere."""
+    err = _console(stderr=True)
+    if not err.is_terminal:
+        yield lambda part, done: _stage_lines(f"{part}: ")
+        return
+    with _bar(err) as bar:
+        whole, inside = bar.add_task("", total=1.0), bar.add_task("", total=1.0)
+
+        def begin(part: str, done: float) -> Progress:
+            bar.update(whole, description=part, completed=done)
+            bar.reset(inside, description="")
+            return lambda stage, share: bar.update(inside, description=f"  {stage}", completed=share)
+
+        yield begin
 
 
 @contextmanager
@@ -89,13 +100,21 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def _stage_lines() -> Progress:
+def _bar(err: Any) -> Any:
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(28), TimeElapsedColumn())
+    return Bar(*columns, console=err, transient=True)
+
+
+def _stage_lines(before: str = "") -> Progress:
     told: list[str] = []
 
     def tell(stage: str, share: float) -> None:
         if told[-1:] != [stage]:
             told.append(stage)
-            say(f"{stage} …")
+            say(f"{before}{stage} …")
 
     return tell
 
@@ -114,13 +133,3 @@ def _shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
     return ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _finite(part) for key, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(part) for part in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

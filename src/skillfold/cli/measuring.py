@@ -1,5 +1,6 @@
 """`skillfold demo` and `skillfold bench`: what the library can do, and how well, measured here and now."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -162,7 +163,7 @@ def _tables(report: "Report") -> list[Any]:
     return [*tables, verdict]
 
 
-def rows_table(title: str, rows: "list[Row]") -> Any:
+def rows_table(title: str, rows: "Sequence[Row]") -> Any:
     """Measured figures beside their targets and the paper's."""
     columns = {"": "left", "measured": "right", "target": "right", "paper": "right", " ": "left", "note": "left"}
     return console.table(title, columns, [_cells(row) for row in rows])

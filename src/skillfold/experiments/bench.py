@@ -42,7 +42,7 @@ GROUPS: dict[str, tuple[Experiment, ...]] = {
     "keyframes": (keyframes.learning, keyframes.measure),
     "speed": (timing.measure,),
 }
-PACKAGES = ("skillfold", "numpy", "scipy", "scikit-learn", "numba", "mujoco", "gmr", "ompl")
+PACKAGES = ("skillfold", "numpy", "scipy", "scikit-learn", "numba", "mujoco", "gmr", "ompl", "movement_primitives")
 
 
 @dataclass(frozen=True)
