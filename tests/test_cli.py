@@ -311,3 +311,8 @@ def test_a_closed_pipe_is_no_error(folder):
         process.stdout.close()
         assert process.wait(timeout=60) == 0
         assert process.stderr.read() == b""
+
+
+def test_the_package_runs_as_a_module():
+    done = subprocess.run([sys.executable, "-m", "skillfold", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"skillfold {skillfold.__version__}\n"
