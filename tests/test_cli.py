@@ -314,5 +314,6 @@ def test_a_closed_pipe_is_no_error(folder):
 
 
 def test_the_package_runs_as_a_module():
-    done = subprocess.run([sys.executable, "-m", "skillfold", "--version"], capture_output=True, text=True, check=True)
+    command = [sys.executable, "-m", "skillfold", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout == f"skillfold {skillfold.__version__}\n"
