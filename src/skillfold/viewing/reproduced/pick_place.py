@@ -12,22 +12,23 @@ from skillfold.viewing.reproduced.result import Experiment, Picture, Result
 
 DIFFERS = (
     "The paper's recordings of the iCub could not be found: a set of their shape is drawn, and handwriting (LASA) "
-    "and, with a data folder, a bottle put on a shelf stand beside it. Recordings of your own in the folder's pick_place/ "
-    "take its place.",
+    "and, with a data folder, a bottle put on a shelf stand beside it. Recordings of your own in the folder's "
+    "pick_place/ take its place.",
     "In sets of two coordinates a cube is a square of 9 places.",
-    "The small cube about the goal lies within the hundredth of the way at which a motion counts as there, so learnt "
-    "dynamics reach it without knowing of it.",
-    "The dimension is what the fit chooses, 1 or 2 by the set; 1 with five kernels, as in the paper, where training "
-    "is timed and for the picture of the metric.",
+    "The small cube about the goal lies within the hundredth of the way at which a motion counts as there, so "
+    "learnt dynamics reach it without knowing of it.",
+    "The dimension is what the fit chooses, 1 or 2 by the set; 1 with five kernels, as in the paper, where "
+    "training is timed and for the picture of the metric.",
     "Plans follow the route that whole recordings take between such ends, not the paper's shortest path.",
-    "Reaching the goal is by construction for a method that is given both ends, so shapes are measured too, the ends "
-    "left out; primitives (DMP), which reach it by construction as well, stand beside.",
-    "The mean of the recordings' shapes has the least distance from all of them that there can be, and a primitive "
-    "imitates just that mean: a route that goes with its start is not below it in every set, and where the ends "
-    "decide the shape, as in GShape, far above. What a recording left out would have done is told as well.",
+    "Reaching the goal is by construction for a method that is given both ends, so shapes are measured too, the "
+    "ends left out; primitives (DMP), which reach it by construction as well, stand beside.",
+    "The mean of the recordings' shapes has the least distance from all of them that there can be, and a "
+    "primitive imitates just that mean: a route that goes with its start is not below it in every set, and where "
+    "the ends decide the shape, as in GShape, far above. What a recording left out would have done is told as "
+    "well.",
     "The GMM/GMR code of the paper is not used but the `gmr` package's: its share of goals reached depends on the "
-    "set, and goals that change are asked of it as they are. It has as many Gaussians as an information criterion asks "
-    "for, five where time is measured and for a first look.",
+    "set, and goals that change are asked of it as they are. It has as many Gaussians as an information criterion "
+    "asks for, five where time is measured and for a first look.",
     "Times are of the processor, all threads counted, on this machine; only their order compares with the paper's.",
     "Orientations, which the paper leaves out, are planned together with positions.",
 )
