@@ -21,9 +21,7 @@ def pose_rows(sets: list[MotionSet], settings: Settings) -> list[Row]:
     """Poses from the places of the large cube, turned a little, to the goal, of every set with orientations."""
     settings.progress("pick and place: poses", 0.85)
     rng = np.random.default_rng([settings.seed, 1])
-    with_turns = [motions for motions in sets if motions.orientations]
-    kinds = {motions.name: motions for motions in reversed(with_turns)}  # the first of each name
-    return [row for motions in reversed(kinds.values()) for row in set_rows(motions, settings, rng)]
+    return [row for motions in sets if motions.orientations for row in set_rows(motions, settings, rng)]
 
 
 def set_rows(motions: MotionSet, settings: Settings, rng: np.random.Generator) -> list[Row]:

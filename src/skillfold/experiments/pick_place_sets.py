@@ -63,8 +63,8 @@ class MotionSet:
         return float(np.linalg.norm(self.goal - self.start))
 
 
-def made(rng: np.random.Generator) -> MotionSet:
-    """The set that stands for the paper's."""
+def made(rng: np.random.Generator, name: str = "pick and place (made)") -> MotionSet:
+    """A set that stands for the paper's."""
     from scipy.spatial.transform import Rotation, Slerp
 
     share = _unhurried(np.linspace(0.0, 1.0, POINTS))[:, None]
@@ -78,7 +78,7 @@ def made(rng: np.random.Generator) -> MotionSet:
         ends = base * Rotation.from_rotvec([TURN_SPREAD * rng.standard_normal(3), TURN])
         turned = Slerp([0.0, 1.0], ends)(share[:, 0])
         orientations.append(turned.as_quat(scalar_first=True))
-    return MotionSet("pick and place (made)", tuple(positions), tuple(orientations), timed=True)
+    return MotionSet(name, tuple(positions), tuple(orientations), timed=True)
 
 
 def own(data: Path | None) -> MotionSet | None:
