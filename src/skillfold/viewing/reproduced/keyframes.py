@@ -34,6 +34,7 @@ PATHS_DIFFER = (
     "The paper shows five paths of each task and judges by eye. Here a test over draws of the demonstrations "
     "tells whether paths in the reduced envelope go farther along the first Gaussian's main direction at first. "
     "It is a target in task 1 only: trials did not show it in task 2, though the paper sees it there too.",
+    "With twelve draws that test cannot always tell what there is; `skillfold bench --groups keyframes` has sixty.",
     "Time limits are of the wall clock and a plan's time is the processor's, so that trials can run beside each "
     "other; on a machine that does other work too, more trials end at their limit.",
 )
