@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skillfold.baselines.dmp import Primitive
+from skillfold.baselines.dmp import Primitive, from_rest
 from skillfold.baselines.gmr_dynamics import REACHED, Dynamics
 
 SHARE = np.linspace(0.0, 1.0, 80)[:, None]
@@ -35,6 +35,23 @@ def test_motions_that_lead_nowhere_end():
     pytest.importorskip("gmr", reason="gmr is not installed")
     path = Dynamics.fit(arcs(), seed=0, components=5).path(np.zeros(2), np.array([5.0, 5.0]))
     assert len(path) <= 3 * 79 + 1
+
+
+def test_motions_asked_together_are_those_asked_alone():
+    pytest.importorskip("gmr", reason="gmr is not installed")
+    fitted = Dynamics.fit(arcs(), seed=0, components=5)
+    starts = np.array([[0.0, 0.0], [0.05, 0.02], [0.5, 0.4]])
+    goals = np.array([GOAL, [5.0, 5.0], GOAL])
+    for path, start, goal in zip(fitted.paths(starts, goals), starts, goals, strict=True):
+        assert np.allclose(path, fitted.path(start, goal))
+
+
+def test_a_motion_from_rest_keeps_its_way():
+    line = np.hstack([SHARE, 2.0 * SHARE])
+    moved = from_rest(line)
+    steps = np.linalg.norm(np.diff(moved, axis=0), axis=1)
+    assert np.allclose(moved[:, 1], 2.0 * moved[:, 0]) and np.allclose(moved[[0, -1]], line[[0, -1]])
+    assert max(steps[0], steps[-1]) < 0.01 * steps.max()
 
 
 def test_primitives_go_from_end_to_end():

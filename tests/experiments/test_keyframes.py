@@ -39,7 +39,7 @@ def world(learnt):
 
 def test_a_plan_is_judged_good_and_one_through_the_can_is_not(learnt, answer, world):
     assert answer.plan.success
-    seen = keyframe_runs.judged(answer, world).verdict
+    seen = keyframe_runs.judged(answer, learnt, world).verdict
     assert seen is not None and seen.outside == seen.touching == seen.beyond == 0 and seen.excess <= 0.0
     ends = np.asarray(answer.plan.path.states)[[0, -1]]
     middle = ends.mean(axis=0)

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 from skillfold.errors import RobotError
 from skillfold.experiments import keyframe_cost, keyframe_demo, keyframes
 from skillfold.experiments.rows import Settings
-from skillfold.viewing import envelope_pictures, keyframe_costs, keyframe_pictures
+from skillfold.robots.shapes import Box
+from skillfold.viewing import envelope_pictures, keyframe_costs, keyframe_paths, keyframe_pictures
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +28,15 @@ def test_where_nothing_can_be_drawn_off_screen_the_paths_remain(story, monkeypat
     monkeypatch.setattr(keyframe_pictures, "scene", fail)
     path, note = keyframe_pictures.draw(story, tmp_path / "keyframes.png")
     assert path.exists() and note.startswith("No pictures.")
+
+
+def test_paths_in_space(story, tmp_path):
+    assert keyframe_paths.draw(story, tmp_path / "paths.png").stat().st_size > 20_000
+    for shape in (s for chapter in story.chapters for s in chapter.learnt.task.scene):
+        low, high = keyframe_paths._rims(shape)
+        size = shape.size if isinstance(shape, Box) else (2 * shape.radius, 2 * shape.radius, shape.length)
+        assert np.allclose(np.ptp(np.vstack([low, high]), axis=0), size)
+        assert np.allclose(0.5 * (low + high).mean(axis=0), np.array(shape.pose)[:3])
 
 
 def test_facts_are_of_every_task_and_alpha(story):
@@ -75,6 +85,7 @@ def test_pictures_of_envelopes_and_costs(tmp_path, monkeypatch):
     assert keyframe_costs.draw_envelopes(skills, tmp_path / "a.png").stat().st_size > 20_000
     found = keyframe_cost.run(skills, Settings(3), 2)
     rows = keyframe_cost.rows(found)
-    assert [row.name.split(", ")[1] for row in rows] == ["paper", "paper", "mended", "mended"]
+    assert [row.name.split(", ")[1] for row in rows] == ["as printed"] * 4 + ["mended"] * 4
+    assert [row.unit for row in rows] == ["ms", ""] * 4 and all(row.measured > 0 for row in rows)
     assert all(runs.inside == 1.0 for runs in found if runs.variant == "mended")
     assert keyframe_costs.draw_costs(found, tmp_path / "b.png").stat().st_size > 10_000

@@ -49,14 +49,22 @@ class Dynamics:
 
     def path(self, start: Array, goal: Array) -> Array:
         """The motion (n, D) from a start, until it is near the goal or was given up."""
-        path, near = [start], REACHED * float(np.linalg.norm(goal - start))
-        columns = np.arange(len(start))
-        for _ in range(PATIENCE * self.steps):
-            step = self.mixture.predict(columns, path[-1][None] / self.size)[0]
-            path.append(path[-1] + self.stride * step)
-            if np.linalg.norm(path[-1] - goal) <= near or not np.isfinite(path[-1]).all():
+        return self.paths(start[None], goal[None])[0]
+
+    def paths(self, starts: Array, goals: Array) -> list[Array]:
+        """The same from starts (m, D) to goals (m, D), all asked at once."""
+        near = REACHED * np.linalg.norm(goals - starts, axis=1)
+        way, last = [starts], np.full(len(starts), PATIENCE * self.steps)
+        columns, going = np.arange(starts.shape[1]), np.ones(len(starts), dtype=bool)
+        for i in range(1, PATIENCE * self.steps + 1):
+            step = np.zeros_like(starts)
+            step[going] = self.mixture.predict(columns, way[-1][going] / self.size)
+            way.append(way[-1] + self.stride * step)
+            done = going & ((np.linalg.norm(way[-1] - goals, axis=1) <= near) | ~np.isfinite(way[-1]).all(axis=1))
+            last[done], going = i, going & ~done
+            if not going.any():
                 break
-        return np.array(path)
+        return [np.array([states[k] for states in way[: last[k] + 1]]) for k in range(len(starts))]
 
 
 def _criterion(mixture: Any, samples: Array) -> float:

@@ -96,7 +96,7 @@ def _chapter(number: int, settings: Settings, plans: int) -> Chapter:
     settings.progress(task.name, 0.4 + 0.3 * number)
     start = learnt.start([settings.seed, number])
     world = World(task.robot, task.scene)
-    answers = {alpha: [judged(ask(learnt, start, alpha, i), world) for i in range(plans)] for alpha in ALPHAS}
+    answers = {alpha: [judged(ask(learnt, start, alpha, i), learnt, world) for i in range(plans)] for alpha in ALPHAS}
     return Chapter(learnt, start, answers, taken)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.experiments.parallel import in_parallel
 from skillfold.experiments.rows import Row, Settings
 from skillfold.keyframes.gaussians import PoseGaussian
 from skillfold.keyframes.skill import KeyframeSkill
@@ -63,9 +64,10 @@ def measure(settings: Settings, counts: Counts | None = None) -> list[Row]:
     counts = counts or Counts()
     kinds = {"clean": (0.0, 0.0), "15 % missing": (0.15, 0.0), "15 % extra": (0.0, 0.15), "both": (0.15, 0.15)}
     rows = measure_gates(settings, counts)
-    for name, (missing, extra) in kinds.items():
-        settings.progress(f"keyframes, {name}", 0.0)
-        found = [_found(settings.seed, i, missing, extra) for i in range(counts.skills)]
+    for k, (name, shares) in enumerate(kinds.items(), 1):
+        cases = [(settings.seed, i, *shares) for i in range(counts.skills)]
+        between = (k / (len(kinds) + 1), (k + 1) / (len(kinds) + 1))
+        found = list(in_parallel(_found, cases, settings.progress, f"keyframes, {name}", between))
         right, numbers = np.mean(found, axis=0)
         note = f"{counts.skills} skills; the right number of keyframes in {numbers:.2f}"
         target = 0.97 if name == "clean" else 0.9
@@ -75,19 +77,24 @@ def measure(settings: Settings, counts: Counts | None = None) -> list[Row]:
 
 def measure_gates(settings: Settings, counts: Counts) -> list[Row]:
     """How far from nominal is the share of further poses within the gates, learnt from seven demonstrations."""
-    settings.progress("gates", 0.0)
-    inside = []
-    for i in range(counts.skills):
-        rng = np.random.default_rng([settings.seed, 1, i])
-        truth = random_truth(rng)
-        skill = KeyframeSkill.fit(demonstrate(truth, DEMONSTRATIONS, 0.0, 0.0, rng), KEYFRAMES)
-        for k, gaussian in enumerate(skill.gaussians):
-            inside.append([within(gaussian, truth.draw(k, rng)) for _ in range(counts.poses)])
+    cases = [(settings.seed, i, counts.poses) for i in range(counts.skills)]
+    found = in_parallel(_held, cases, settings.progress, "gates", (0.0, 0.2))
+    inside = [shares for some in found for shares in some]
     shares = np.mean(inside, axis=(0, 1))
     note = f"{len(inside)} Gaussians, {counts.poses} further poses each; held"
     return [
         Row(f"gate coverage off nominal, {block}", 100 * abs(s - NOMINAL), "points", 2.0, note=f"{note} {s:.3f}")
         for block, s in zip(("position", "rotation"), shares.tolist(), strict=True)
+    ]
+
+
+def _held(seed: int, i: int, poses: int) -> list[list[list[bool]]]:
+    """Of a random skill's Gaussians, whether each further pose is within the gates."""
+    rng = np.random.default_rng([seed, 1, i])
+    truth = random_truth(rng)
+    skill = KeyframeSkill.fit(demonstrate(truth, DEMONSTRATIONS, 0.0, 0.0, rng), KEYFRAMES)
+    return [
+        [within(gaussian, truth.draw(k, rng)) for _ in range(poses)] for k, gaussian in enumerate(skill.gaussians)
     ]
 
 

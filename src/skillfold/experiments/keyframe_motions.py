@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.experiments.keyframe_runs import ALPHAS, THIRD, Answer, Learnt, ask
+from skillfold.experiments.keyframe_runs import ALPHAS, THIRD, Answer, Learnt, ask, named, ready
+from skillfold.experiments.parallel import in_parallel
 from skillfold.experiments.rows import Row, Settings
 from skillfold.motion import Array
 
@@ -46,16 +47,23 @@ def cost_at(costs: Sequence[tuple[float, float]], seconds: float) -> float:
 
 def turned_rows(skills: Sequence[Learnt], seeds: int, settings: Settings) -> list[Row]:
     """Off-axis motion along the parent's principal direction in the first third, α 85 against 100, by draw."""
+    cases = [(*named(learnt), settings.seed, seeds) for learnt in skills]
+    all_of = in_parallel(_turned_means, cases, settings.progress, "keyframes: direction of paths", (0.45, 0.7))
     found: dict[str, list[Array]] = {}
-    for number, learnt in enumerate(skills):
-        settings.progress("keyframes: direction of paths", 0.45 + 0.15 * number / len(skills))
-        starts = [learnt.start([settings.seed, 7, learnt.draw, seed]) for seed in range(seeds)]
-        answers = [[ask(learnt, q, alpha, i) for i, q in enumerate(starts)] for alpha in ALPHAS]
-        mine = [np.mean([turned(a) for a in some if a.plan.success] or [(np.nan,) * 3], axis=0) for some in answers]
-        found.setdefault(learnt.task.name, []).append(np.array(mine))
+    for learnt, means in zip(skills, all_of, strict=True):
+        found.setdefault(learnt.task.name, []).append(means)
     return [
         row for name, target in zip(found, (0.01, None), strict=False) for row in _turned(name, found[name], target)
     ]
+
+
+def _turned_means(task: int, draw: int, seed: int, seeds: int) -> Array:
+    """Of one skill, (2, 3): what `turned` tells at each α, mean over the starts."""
+    learnt, _ = ready(task, draw, seed)
+    starts = [learnt.start([seed, 7, draw, i]) for i in range(seeds)]
+    answers = [[ask(learnt, q, alpha, i) for i, q in enumerate(starts)] for alpha in ALPHAS]
+    each = [[turned(learnt, a) for a in some if a.plan.success] or [(np.nan,) * 3] for some in answers]
+    return np.array([np.mean(some, axis=0) for some in each])
 
 
 def _turned(task: str, values: Sequence[Array], target: float | None) -> list[Row]:
@@ -69,6 +77,8 @@ def _turned(task: str, values: Sequence[Array], target: float | None) -> list[Ro
     )
     said = f"{a[2]:.3f} at α 100; p = {share:.2g}"
     name = f"{task}, first third: off-axis motion along the parent's direction"
+    if target is not None and 0.5 ** len(whole) >= target:  # the least p that so many draws can come to
+        target, note = None, f"{note}; too few draws to tell"
     return [
         Row(f"{name}, α 85 over 100, p", p, "", target, "<", "", note),
         Row(f"{name}, as a share, α 85", float(b[2]), "", None, ">", "", said),
@@ -83,11 +93,11 @@ def _above(first: Array, second: Array) -> float:
     return float(found.pvalue)
 
 
-def turned(answer: Answer) -> tuple[float, float, float]:
+def turned(learnt: Learnt, answer: Answer) -> tuple[float, float, float]:
     """The tool's motion off the axis in its first third; by the parent's main direction, as `off_axis` tells it."""
-    parent, child = answer.learnt.envelope.parent, answer.learnt.envelope.child
+    parent, child = learnt.envelope.parent, learnt.envelope.child
     axis = child.mean[:3] - parent.mean[:3]
-    places = answer.learnt.task.robot.forward(answer.plan.path.states)[:, :3] - parent.mean[:3]
+    places = learnt.task.robot.forward(answer.plan.path.states)[:, :3] - parent.mean[:3]
     return off_axis(places, axis, np.linalg.eigh(parent.covariance[:3, :3])[1][:, -1])
 
 

@@ -138,7 +138,7 @@ def rows(skills: Sequence[Learnt], walls: int, settings: Settings) -> list[Row]:
             made = narrow(at, rng)
             start = _start(learnt, made.scene, [settings.seed, 5, learnt.draw, wall])
             world = World(learnt.task.robot, made.scene)
-            found.append(judged(ask(learnt, start, 100.0, wall, made.scene), world))
+            found.append(judged(ask(learnt, start, 100.0, wall, made.scene), learnt, world))
             shares.append(made.free)
     return _rows(found, np.array(shares))
 

@@ -2,15 +2,16 @@
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from time import perf_counter
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from time import thread_time
 from typing import Any
 
 import numpy as np
 
 from skillfold.experiments.keyframe_judge import FINE, Verdict, judge
-from skillfold.experiments.keyframe_tasks import Task
+from skillfold.experiments.keyframe_tasks import Task, tasks
+from skillfold.experiments.parallel import in_parallel
 from skillfold.experiments.rows import Row, Settings
 from skillfold.motion import Array, Plan
 from skillfold.robots.world import World
@@ -49,15 +50,15 @@ class Answer:
     """A plan, timed, and what is true of it.
 
     Attributes:
-        learnt: whose skill.
+        task: its name.
         alpha, seed: that were asked.
         plan: the answer.
-        seconds: until it was there, check and all.
+        seconds: of the processor until it was there, check and all; what else runs here does not count.
         verdict: of the path, None where there is none.
         early: of its first part, which leads into a reduced envelope; None where there is none.
     """
 
-    learnt: Learnt
+    task: str
     alpha: float
     seed: int
     plan: Plan
@@ -92,35 +93,52 @@ def ask(learnt: Learnt, start: Array, alpha: float, seed: int, scene: Any = None
     """A plan with the defaults that a user gets."""
     task = learnt.task
     asked: dict[str, Any] = {"alpha": alpha, "time_limit": SECONDS, "seed": seed} | options
-    begun = perf_counter()
+    begun = thread_time()
     plan = learnt.skill.plan(task.robot, start, task.scene if scene is None else scene, **asked)
-    return Answer(learnt, alpha, seed, plan, perf_counter() - begun)
+    return Answer(task.name, alpha, seed, plan, thread_time() - begun)
 
 
-def judged(answer: Answer, world: World) -> Answer:
+def judged(answer: Answer, learnt: Learnt, world: World) -> Answer:
     """The same with what is true of it: in the whole envelope until it enters the reduced one, in that afterwards."""
     if len(answer.plan.path) < 2:
         return answer
-    learnt, states = answer.learnt, np.asarray(answer.plan.path.states)
+    states = np.asarray(answer.plan.path.states)
     wide = learnt.envelope.widened(answer.plan.stats["gate_factor"])
     entered = int(answer.plan.stats["entered"])
     inside = wide if answer.alpha == 100.0 else wide.reduced(answer.alpha)
     verdict = judge(learnt.task.robot, world, inside, states[entered:])
     early = judge(learnt.task.robot, world, wide, states[: entered + 1]) if entered else None
-    return Answer(learnt, answer.alpha, answer.seed, answer.plan, answer.seconds, verdict, early)
+    return replace(answer, verdict=verdict, early=early)
 
 
 def answers(skills: Sequence[Learnt], seeds: int, settings: Settings) -> list[Answer]:
     """Every skill asked from `seeds` starts, at each α; every answer judged."""
+    cases = [(*named(learnt), settings.seed, seeds) for learnt in skills]
+    found = in_parallel(_answers, cases, settings.progress, "keyframes: paths", (0.0, 0.4))
+    return [answer for some in found for answer in some]
+
+
+def _answers(task: int, draw: int, seed: int, seeds: int) -> list[Answer]:
+    """Those of one skill, in a process of its own."""
+    learnt, world = ready(task, draw, seed)
     found = []
-    for number, learnt in enumerate(skills):
-        settings.progress(f"keyframes: {learnt.task.name}", 0.3 * number / len(skills))
-        world = World(learnt.task.robot, learnt.task.scene)
-        warm(learnt)
-        for seed in range(seeds):
-            start = learnt.start([settings.seed, 2, learnt.draw, seed])
-            found += [judged(ask(learnt, start, alpha, seed), world) for alpha in ALPHAS]
+    for i in range(seeds):
+        start = learnt.start([seed, 2, draw, i])
+        found += [judged(ask(learnt, start, alpha, i), learnt, world) for alpha in ALPHAS]
     return found
+
+
+def named(learnt: Learnt) -> tuple[int, int]:
+    """Which task and which draw of it: enough to learn the same in another process."""
+    return [task.name for task in tasks()].index(learnt.task.name), learnt.draw
+
+
+@lru_cache(2)
+def ready(task: int, draw: int, seed: int) -> tuple[Learnt, World]:
+    """A skill and its world, warm."""
+    learnt = learn(tasks()[task], draw, Settings(seed))
+    warm(learnt)
+    return learnt, World(learnt.task.robot, learnt.task.scene)
 
 
 def first_rows(found: Sequence[Answer]) -> list[Row]:
@@ -132,7 +150,8 @@ def first_rows(found: Sequence[Answer]) -> list[Row]:
     ]
     first = 1e3 * np.array([answer.plan.stats["first_solution"] for answer in found])
     nodes = np.median([answer.plan.stats["nodes"] for answer in found])
-    note = f"{len(found)} plans; first way {np.nanmedian(first):.2g} ms, {nodes:g} nodes (medians)"
+    said = f"{nodes:g} nodes, first way {np.nanmedian(first):.2g} ms of the clock"
+    note = f"{len(found)} plans, processor time; medians: {said}"
     solved = float(np.mean([answer.solved for answer in found]))
     return [
         Row("first solution: solved in 1 s, gates as learnt", solved, "share", 0.99, ">=", "", "; ".join(shares)),
@@ -175,8 +194,8 @@ def _median(found: Sequence[Answer]) -> float:
 
 
 def _kinds(found: Sequence[Answer]) -> list[tuple[str, float, list[Answer]]]:
-    kinds = list(dict.fromkeys((a.learnt.task.name, a.alpha) for a in found))
-    return [(*kind, [a for a in found if (a.learnt.task.name, a.alpha) == kind]) for kind in kinds]
+    kinds = list(dict.fromkeys((a.task, a.alpha) for a in found))
+    return [(*kind, [a for a in found if (a.task, a.alpha) == kind]) for kind in kinds]
 
 
 def _some(paths: Sequence[Answer], name: str) -> float:

@@ -63,9 +63,9 @@ def measure(settings: Settings, counts: Counts | None = None) -> list[Row]:
     return rows + keyframe_peers.rows(_few(skills, counts.peer_draws), counts.peer_starts, settings)
 
 
-def learning(settings: Settings) -> list[Row]:
+def learning(settings: Settings, counts: keyframe_learning.Counts | None = None) -> list[Row]:
     """All rows of what is learnt."""
-    return keyframe_learning.measure(settings)
+    return keyframe_learning.measure(settings, counts)
 
 
 def learn(settings: Settings, draws: int) -> list[Learnt]:

@@ -2,46 +2,44 @@
 
 Every method learns from the same recordings and is asked for motions from and to the places of cubes about start and
 goal (equations 26 and 27). A motion reaches its goal if it ends within a hundredth of the way there, and its shape is
-compared with that of the recordings: the paper calls it "qualitatively similar", here it is a number.
+compared with that of the recordings: the paper calls it "qualitatively similar", here it is a number. A second number
+tells what a demonstrator would have done: each recording is left out in turn, and asked for between its own ends.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from time import perf_counter
+from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from skillfold.baselines.dmp import Primitive
+from skillfold.baselines.dmp import Primitive, from_rest
 from skillfold.baselines.gmr_dynamics import REACHED, Dynamics
 from skillfold.errors import MissingExtraError
+from skillfold.experiments.parallel import in_parallel
 from skillfold.experiments.pick_place_sets import (
     LARGE,
+    SHAPES,
     SMALL,
     START,
     MotionSet,
     cube,
     made,
+    own,
     recorded,
+    shape_distance,
     shape_distances,
 )
-from skillfold.experiments.rows import Row, Settings
+from skillfold.experiments.rows import Settings
 from skillfold.motion import Array
 
-KERNELS, DIM = 5, 1  # the paper's, where training is timed
-PAPER = {("start", "small"): "27; GMM/GMR 12", ("start", "large"): "27; GMM/GMR 8"}
-PAPER |= {("goal", "small"): "27; GMM/GMR –", ("goal", "large"): "27; GMM/GMR –"}
+KERNELS = 5  # Gaussians, as in the paper; where all is measured, as many as the data ask for
+MADE = ("pick and place (made)", "pick and place (made anew)")
 
-Method = Callable[[Array, Array], Array]
-"""Given start (D,) and goal (D,), a motion (n, D)."""
-
-
-@dataclass(frozen=True)
-class Counts:
-    """How many sets are made, and trainings that are timed."""
-
-    made: int = 2
-    trainings: int = 20
+Method = Callable[[Array, Array], list[Array]]
+"""Given starts (m, D) and goals (m, D), motions (n, D)."""
+Make = Callable[[Sequence[Array]], Method]
+"""Given recordings, a method that has learnt them."""
 
 
 @dataclass(frozen=True)
@@ -51,47 +49,86 @@ class Cell:
     Attributes:
         what: "start" or "goal" is changed.
         size: of the cube, "small" or "large".
+        ends: (m, 2, D) start and goal of each.
         paths: each (n, D).
-        reached: (n,) whether each ends at its goal.
-        shapes: (n, 2) distances of each one's shape from all the recordings', and from the nearest.
-        seconds: of a motion, median.
+        reached: (m,) whether each ends at its goal.
+        shapes: (m, 2) distances of each one's shape from all the recordings', and from the nearest.
     """
 
     what: str
     size: str
+    ends: Array
     paths: list[Array]
     reached: np.ndarray[Any, Any]
     shapes: Array
-    seconds: float
 
 
 @dataclass(frozen=True)
 class Compared:
-    """All cells of one set, by method."""
+    """All that was asked about one set.
+
+    Attributes:
+        motions: the set.
+        skill: that was learnt from it.
+        cells: by method.
+        left_out: by method, (n,) shape distances from each recording, learnt from the others.
+        missing: what could not be compared with, and what to install.
+    """
 
     motions: MotionSet
     skill: Any
     cells: dict[str, list[Cell]]
+    left_out: dict[str, Array] = field(default_factory=dict)
+    missing: tuple[str, ...] = ()
 
 
-def measure(settings: Settings, counts: Counts | None = None) -> list[Row]:
-    """Tables III and IV."""
-    counts = counts or Counts()
-    return rows(compare(settings, counts)) + training_rows(settings, counts.trainings)
+def compare(settings: Settings) -> list[Compared]:
+    """Every method on every set, the sets in parallel."""
+    cases = [(motions, replace(settings, progress=_silent)) for motions in sets(settings)]
+    label = "pick and place: starts and goals"
+    settings.progress(label, 0.0)
+    return list(in_parallel(compare_set, cases, settings.progress, label, (0.0, 0.7)))
 
 
-def compare(settings: Settings, counts: Counts | None = None) -> list[Compared]:
-    """Every method on every set."""
-    counts = counts or Counts()
+def sets(settings: Settings) -> list[MotionSet]:
+    """First recordings of one's own or those that are made in their place, then others."""
     rng = np.random.default_rng(settings.seed)
-    sets = [made(rng) for _ in range(counts.made)] + recorded(settings.data)
-    found = []
-    for index, motions in enumerate(sets):
-        settings.progress(f"pick and place: {motions.name}", 0.8 * index / len(sets))
-        skill = settings.learn(list(motions.recordings))
-        methods = {"manifold": _planned(skill), **_others(motions, settings.seed)}
-        found.append(Compared(motions, skill, {name: ask(motions, method) for name, method in methods.items()}))
-    return found
+    mine = own(settings.data)
+    first = [mine] if mine else [made(rng, name) for name in MADE[: settings.few(len(MADE), 1)]]
+    return first + recorded(settings.data, SHAPES[: settings.few(len(SHAPES), 1)])
+
+
+def compare_set(motions: MotionSet, settings: Settings) -> Compared:
+    """Every method that is installed, on one set."""
+    cells, left_out, missing = {}, {}, []
+    skill = settings.learn(list(motions.recordings))
+    for name, make in makers(motions, settings).items():
+        try:
+            method = planned(skill) if name == "manifold" else make(motions.recordings)
+            cells[name] = ask(motions, method)
+            left_out[name] = leave_out(motions, make)
+        except MissingExtraError as error:
+            missing.append(str(error))
+    return Compared(motions, skill, cells, left_out, tuple(missing))
+
+
+def makers(motions: MotionSet, settings: Settings) -> dict[str, Make]:
+    """The manifold, and what it is compared with."""
+
+    @cache
+    def gaussians() -> int:
+        return KERNELS if settings.quick else Dynamics.fit(motions.recordings, settings.seed).components
+
+    return {
+        "manifold": lambda shown: planned(settings.learn(list(shown))),
+        "GMM/GMR": lambda shown: Dynamics.fit(shown, settings.seed, gaussians()).paths,
+        "DMP": lambda shown: Primitive.fit(at_rest(motions, shown)).paths,
+    }
+
+
+def at_rest(motions: MotionSet, shown: Sequence[Array]) -> list[Array]:
+    """Recordings of a set as a primitive can imitate them."""
+    return list(shown) if motions.timed else [from_rest(recording) for recording in shown]
 
 
 def ask(motions: MotionSet, method: Method) -> list[Cell]:
@@ -101,108 +138,39 @@ def ask(motions: MotionSet, method: Method) -> list[Cell]:
     for what in ("start", "goal"):
         for size, half in (("small", SMALL), ("large", LARGE)):
             places = cube(motions.start if what == "start" else motions.goal, half * scale)
-            ends = [(p, motions.goal) if what == "start" else (motions.start, p) for p in places]
+            still = np.broadcast_to(motions.goal if what == "start" else motions.start, places.shape)
+            ends = np.stack([places, still] if what == "start" else [still, places], axis=1)
             cells.append(_cell(what, size, motions, method, ends))
     return cells
 
 
-def rows(compared: Sequence[Compared]) -> list[Row]:
-    """Table IV, with what the paper leaves out: shapes, and the other methods at changed goals."""
-    return [row for each in compared for row in (*_reached_rows(each), *_shape_rows(each))]
+def leave_out(motions: MotionSet, make: Make) -> Array:
+    """Shape distances (n,) of a method's motions from each recording, which it was not shown, between its ends."""
+    found = []
+    for i, recording in enumerate(motions.recordings):
+        method = make([other for j, other in enumerate(motions.recordings) if j != i])
+        path = method(recording[:1], recording[-1:])[0]
+        found.append(shape_distance(path, recording, motions.recordings))
+    return np.array(found)
 
 
-def training_rows(settings: Settings, trainings: int) -> list[Row]:
-    """Table III: both methods with five kernels on the set that is made."""
-    settings.progress("pick and place: training", 0.85)
-    motions = made(np.random.default_rng(settings.seed))
-    taken: dict[str, list[float]] = {"manifold": [], "GMM/GMR": []}
-    made_in: dict[str, list[float]] = {"manifold": [], "GMM/GMR": []}
-    places = cube(motions.start, SMALL)
-    for i in range(trainings + 1):  # the first compiles
-        trained: dict[str, Callable[[], Method]] = {
-            "manifold": lambda: _planned(settings.learn(list(motions.recordings), dim=DIM, kernels=KERNELS)),
-            "GMM/GMR": lambda i=i: Dynamics.fit(motions.recordings, settings.seed + i, KERNELS).path,
-        }
-        for name, train in trained.items():
-            method, seconds = _timed(train)
-            taken[name].append(seconds)
-            made_in[name].append(_timed(lambda method=method, i=i: method(places[i % len(places)], motions.goal))[1])
-    return [
-        _time_row("training, 5 kernels", taken, "1.38; GMM/GMR 2.35"),
-        _time_row("generation", made_in, "0.0817; GMM/GMR 0.0853"),
-    ]
+def planned(skill: Any) -> Method:
+    """A skill's plans; one that fails stays where it starts."""
 
-
-def _time_row(name: str, taken: dict[str, list[float]], paper: str) -> Row:
-    ours, theirs = (float(np.mean(taken[method][1:])) for method in ("manifold", "GMM/GMR"))
-    note = f"mean of {len(taken['manifold']) - 1}; target: GMM/GMR here"
-    return Row(f"Table III: {name}", ours, "s", theirs, "<", paper, note)
-
-
-def _planned(skill: Any) -> Method:
     def path(start: Array, goal: Array) -> Array:
         plan = skill.plan(start, goal)
         return plan.path.states if plan.success else np.stack([start, start])
 
-    return path
+    return lambda starts, goals: [path(a, b) for a, b in zip(starts, goals, strict=True)]
 
 
-def _others(motions: MotionSet, seed: int) -> dict[str, Method]:
-    """What the manifold is compared with, as far as it is installed."""
-    found: dict[str, Method] = {}
-    makers: dict[str, Callable[[], Method]] = {
-        "GMM/GMR": lambda: Dynamics.fit(motions.recordings, seed).path,
-        "DMP": lambda: Primitive.fit(motions.recordings).path,
-    }
-    for name, make in makers.items():
-        try:
-            found[name] = make()
-        except MissingExtraError:
-            continue
-    return found
-
-
-def _cell(what: str, size: str, motions: MotionSet, method: Method, ends: list[tuple[Array, Array]]) -> Cell:
-    paths, taken = zip(*(_timed(lambda a=a, b=b: method(a, b)) for a, b in ends), strict=True)
+def _cell(what: str, size: str, motions: MotionSet, method: Method, ends: Array) -> Cell:
+    paths = method(ends[:, 0], ends[:, 1])
     near = [np.linalg.norm(path[-1] - b) / np.linalg.norm(b - a) for path, (a, b) in zip(paths, ends, strict=True)]
     shapes = np.array([shape_distances(path, motions.recordings) for path in paths])
     # A hair's breadth beyond what makes learnt dynamics stop.
-    return Cell(what, size, list(paths), np.array(near) <= 1.001 * REACHED, shapes, float(np.median(taken)))
+    return Cell(what, size, ends, paths, np.array(near) <= 1.001 * REACHED, shapes)
 
 
-def _timed(call: Callable[[], Any]) -> tuple[Any, float]:
-    begun = perf_counter()
-    result = call()
-    return result, perf_counter() - begun
-
-
-def _reached_rows(each: Compared) -> list[Row]:
-    found = []
-    for index, cell in enumerate(each.cells["manifold"]):
-        others = [
-            f"{name} {int(cells[index].reached.sum())}" for name, cells in each.cells.items() if name != "manifold"
-        ]
-        name = f"Table IV: {each.motions.name}, {cell.what} changed, {cell.size} cube: reached"
-        count = len(cell.reached)
-        reached = int(cell.reached.sum())
-        paper = PAPER[cell.what, cell.size]
-        found.append(Row(name, reached, f"of {count}", count, ">=", paper, "; ".join(others)))
-    return found
-
-
-def _shape_rows(each: Compared) -> list[Row]:
-    """Mean shape distances at changed starts, where dynamics can be asked too; the others' least is the target."""
-    return [
-        _shape_row(each, index, words) for index, words in enumerate(("the recordings", "the recording most alike"))
-    ]
-
-
-def _shape_row(each: Compared, index: int, words: str) -> Row:
-    means = {
-        name: float(np.mean([cell.shapes[:, index].mean() for cell in cells if cell.what == "start"]))
-        for name, cells in each.cells.items()
-    }
-    ours = means.pop("manifold")
-    note = "; ".join(f"{name} {mean:.3f}" for name, mean in means.items()) or "nothing to compare with is installed"
-    name = f"{each.motions.name}: shape distance from {words}"
-    return Row(name, ours, "", min(means.values(), default=None), "<", "", note)
+def _silent(label: str, share: float) -> None:
+    """Progress of one set among many is not told."""

@@ -1,7 +1,5 @@
 """Position and orientation together, which section VIII of paper 000 left out: a manifold and primitives of poses."""
 
-from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -9,16 +7,8 @@ import numpy as np
 from skillfold.baselines.dmp import Primitive
 from skillfold.demonstrations import Demonstrations
 from skillfold.errors import MissingExtraError
-from skillfold.experiments.pick_place_sets import (
-    LARGE,
-    POINTS,
-    START,
-    MotionSet,
-    cube,
-    made,
-    recorded,
-    shape_distances,
-)
+from skillfold.experiments.pick_place import Method, at_rest, planned
+from skillfold.experiments.pick_place_sets import LARGE, POINTS, START, MotionSet, cube, shape_distances
 from skillfold.experiments.rows import Row, Settings
 from skillfold.motion import Array
 
@@ -27,48 +17,44 @@ PLACE, ANGLE = 0.01, 0.02  # of the way from start to goal, and radians: near en
 TURNED = 0.15  # radians, per axis, by which starts are turned besides
 
 
-def measure(settings: Settings) -> list[Row]:
-    """Poses from the places of the large cube, turned a little, to the goal."""
-    settings.progress("pick and place: poses", 0.9)
-    rng = np.random.default_rng(settings.seed)
-    sets = [motions for motions in (made(rng), *recorded(settings.data)) if motions.orientations]
-    return [row for motions in sets for row in pose_rows(motions, settings, rng)]
+def pose_rows(sets: list[MotionSet], settings: Settings) -> list[Row]:
+    """Poses from the places of the large cube, turned a little, to the goal, of every set with orientations."""
+    settings.progress("pick and place: poses", 0.85)
+    rng = np.random.default_rng([settings.seed, 1])
+    return [row for motions in sets if motions.orientations for row in set_rows(motions, settings, rng)]
 
 
-def pose_rows(motions: MotionSet, settings: Settings, rng: np.random.Generator) -> list[Row]:
+def set_rows(motions: MotionSet, settings: Settings, rng: np.random.Generator) -> list[Row]:
     """What is reached, and how far places' shapes and orientations are from the recordings'."""
     recordings = [np.hstack(pair) for pair in zip(motions.recordings, motions.orientations, strict=True)]
-    skill = settings.learn(Demonstrations(recordings, names=NAMES))
     scale = motions.reach / float(np.linalg.norm(START))
     starts = _starts(recordings[0][0], LARGE * scale, rng)
-    found = {"manifold": _judged(motions, recordings, lambda a, b: skill.plan(a, b).path.states, starts)}
-    with suppress(MissingExtraError):
-        found["DMP"] = _judged(motions, recordings, Primitive.fit_poses(recordings).path, starts)
-    reached, shape, angle = found.pop("manifold")
-    notes = ["; ".join(f"{name} {other[i]:.3g}" for name, other in found.items()) for i in range(3)]
-    rivals = [min((other[i] for other in found.values()), default=None) for i in range(3)]
-    head = f"{motions.name}, poses"
+    skill = settings.learn(Demonstrations(recordings, names=NAMES))
+    ours = _judged(motions, recordings, planned(skill), starts)
+    notes, rivals = [""] * 3, [None] * 3
+    try:
+        primitive = Primitive.fit_poses(at_rest(motions, recordings))
+        rivals = list(_judged(motions, recordings, primitive.paths, starts))
+        notes = [f"DMP {value:.3g}" for value in rivals]
+    except MissingExtraError as error:
+        notes = [str(error)] * 3
+    head, count = f"{motions.name}, poses", len(starts)
     return [
-        Row(f"{head}: reached", reached, "of 27", 27, ">=", "left out", notes[0]),
-        Row(f"{head}: shape distance from the recordings", shape, "", rivals[1], "<", "left out", notes[1]),
-        Row(f"{head}: orientation off the recordings", angle, "rad", None, "<", "left out", notes[2]),
+        Row(f"{head}: reached", ours[0], f"of {count}", count, ">=", "left out", notes[0]),
+        Row(f"{head}: shape distance from the recordings", ours[1], "", rivals[1], "<", "left out", notes[1]),
+        Row(f"{head}: orientation off the recordings", ours[2], "rad", rivals[2], "<", "left out", notes[2]),
     ]
 
 
-def _judged(
-    motions: MotionSet, recordings: list[Array], method: Callable[[Array, Array], Array], starts: Array
-) -> tuple[int, float, float]:
-    """How many of 27 poses are reached; mean shape distance of places; mean angle from the recordings [rad]."""
+def _judged(motions: MotionSet, recordings: list[Array], method: Method, starts: Array) -> tuple[int, float, float]:
+    """How many poses are reached; mean shape distance of places; mean angle from the recordings [rad]."""
     goal = recordings[0][-1]
-    paths = [np.asarray(method(start, goal)) for start in starts]
+    paths = method(starts, np.broadcast_to(goal, starts.shape))
     near = [np.linalg.norm(path[-1, :3] - goal[:3]) <= PLACE * motions.reach for path in paths]
     turned = [angles(path[-1:, 3:], goal[None, 3:])[0] <= ANGLE for path in paths]
     shape = np.mean([shape_distances(path[:, :3], motions.recordings)[0] for path in paths])
-    return (
-        int(np.sum(np.logical_and(near, turned))),
-        float(shape),
-        float(np.mean([_off(p, recordings) for p in paths])),
-    )
+    off = np.mean([_off(path, recordings) for path in paths])
+    return int(np.sum(np.logical_and(near, turned))), float(shape), float(off)
 
 
 def _starts(pose: Array, half: float, rng: np.random.Generator) -> Array:

@@ -1,7 +1,8 @@
 """Recordings like those of section VIII of paper 000: pick-and-place, and other motions with one goal.
 
 The paper's recordings could not be found. `made` draws a set of the same shape: five motions of 100 states from about
-(1.8, 1.8, −1.1) to the origin, with orientations. Any recordings can take its place.
+(1.8, 1.8, −1.1) to the origin, with orientations. Recordings of one's own take its place: CSV or NPZ files in the
+folder `pick_place/` of the data.
 """
 
 from dataclasses import dataclass
@@ -11,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.errors import InputError, MissingExtraError
 from skillfold.experiments.leave_one_out import resample
-from skillfold.experiments.loaders import lasa, robot_tasks
+from skillfold.experiments.loaders import lasa, robot_tasks, same_sign
 from skillfold.motion import Array
 
 START = np.array([1.8, 1.8, -1.1])
@@ -24,6 +26,9 @@ TURN = np.array([0.3, -0.9, 1.2])  # rotation vector from first to last orientat
 TURN_SPREAD = 0.1  # radians, per axis
 SMALL, LARGE = 0.01, 0.05  # half the edge of the cubes (equations 26 and 27), for a set of the paper's size
 SHAPES = ("Angle", "GShape", "Sshape", "Zshape")
+OWN = "pick_place"  # folder of the data
+FEWEST = 3  # recordings of a set: one is left out, and two make a skill of recordings
+PLACES, POSES = (2, 3), 7  # coordinates that a state may have
 
 
 @dataclass(frozen=True)
@@ -34,11 +39,13 @@ class MotionSet:
         name: of the set.
         recordings: each (POINTS, D) positions.
         orientations: each (POINTS, 4) unit quaternions, scalar first; or none.
+        timed: whether states are those of instants, from rest to rest; else they lie at even lengths.
     """
 
     name: str
     recordings: tuple[Array, ...]
     orientations: tuple[Array, ...] = ()
+    timed: bool = False
 
     @property
     def start(self) -> Array:
@@ -56,8 +63,8 @@ class MotionSet:
         return float(np.linalg.norm(self.goal - self.start))
 
 
-def made(rng: np.random.Generator) -> MotionSet:
-    """The set that stands for the paper's."""
+def made(rng: np.random.Generator, name: str = "pick and place (made)") -> MotionSet:
+    """A set that stands for the paper's."""
     from scipy.spatial.transform import Rotation, Slerp
 
     share = _unhurried(np.linspace(0.0, 1.0, POINTS))[:, None]
@@ -71,12 +78,35 @@ def made(rng: np.random.Generator) -> MotionSet:
         ends = base * Rotation.from_rotvec([TURN_SPREAD * rng.standard_normal(3), TURN])
         turned = Slerp([0.0, 1.0], ends)(share[:, 0])
         orientations.append(turned.as_quat(scalar_first=True))
-    return MotionSet("pick and place (made)", tuple(positions), tuple(orientations))
+    return MotionSet(name, tuple(positions), tuple(orientations), timed=True)
 
 
-def recorded(data: Path | None) -> list[MotionSet]:
+def own(data: Path | None) -> MotionSet | None:
+    """Recordings of one's own, moved so that they end at the origin on average; None where there are none.
+
+    Raises:
+        InputError: they are too few, or states are neither places (x, y) or (x, y, z) nor poses.
+    """
+    from skillfold.demonstrations import Demonstrations
+
+    if data is None or not (data / OWN).is_dir():
+        return None
+    states = [np.asarray(demo.states, np.float64) for demo in Demonstrations.load(data / OWN)]
+    dims = states[0].shape[1]
+    if len(states) < FEWEST or dims not in (*PLACES, POSES):
+        raise InputError(
+            f"{data / OWN}: expected {FEWEST} recordings or more of 2 or 3 coordinates, or 7 (x, y, z and a unit "
+            f"quaternion, scalar first); found {len(states)} of {dims}."
+        )
+    at = 3 if dims == POSES else dims
+    turns = [resample(recording[:, 3:], POINTS, unit=True) for recording in states] if dims == POSES else []
+    places = tuple(resample(recording[:, :at], POINTS) for recording in states)
+    return MotionSet("own recordings", _to_origin(places), tuple(same_sign(np.array(turns))) if turns else ())
+
+
+def recorded(data: Path | None, shapes: tuple[str, ...] = SHAPES) -> list[MotionSet]:
     """Handwriting where it is installed, and five recordings of a bottle put on a shelf where the folder has them."""
-    sets = [MotionSet(task.name, task.recordings[:DEMOS]) for task in _shapes()]
+    sets = [MotionSet(task.name, task.recordings[:DEMOS]) for task in _handwriting() if task.name in shapes]
     if data is not None and (data / "robotasks" / "bottle2shelf.npy").is_file():
         places, turns = (robot_tasks(data, orientations)[0].recordings[:DEMOS] for orientations in (False, True))
         sets.insert(0, MotionSet("bottle2shelf", _to_origin(places), turns))
@@ -101,6 +131,13 @@ def shape_distances(path: Array, recordings: tuple[Array, ...]) -> tuple[float, 
     return float(np.sqrt(gaps.mean())) / size, float(np.sqrt(gaps.min())) / size
 
 
+def shape_distance(path: Array, recording: Array, recordings: tuple[Array, ...]) -> float:
+    """How far the shape of a path is from that of one recording, in the same measure."""
+    shapes = np.array([_shape(each) for each in recordings])
+    gap = ((_shape(path) - _shape(recording)) ** 2).sum(1).mean()
+    return float(np.sqrt(gap / (shapes**2).sum(2).mean()))
+
+
 def _shape(path: Array) -> Array:
     states = resample(path, POINTS)
     share = np.linspace(0.0, 1.0, POINTS)[:, None]
@@ -112,11 +149,9 @@ def _to_origin(recordings: tuple[Array, ...]) -> tuple[Array, ...]:
     return tuple(recording - goal for recording in recordings)
 
 
-def _shapes() -> list[Any]:
-    from skillfold.errors import MissingExtraError
-
+def _handwriting() -> list[Any]:
     try:
-        return [task for task in lasa(False) if task.name in SHAPES]
+        return lasa(False)
     except MissingExtraError:
         return []
 

@@ -13,6 +13,7 @@ PARENT, CHILD = "#c8385a", "#3b6ea5"  # as in the paper: red and blue
 FILL = "#dfe8f1"
 SLICES, AROUND = 120, 72  # of the envelope, and of each outline
 RINGS = 15  # sections that are drawn in space
+ARROWS = 0.12  # of the frame, the world's axes
 ELEVATION, AZIMUTH = 24.0, -62.0  # degrees, of the view in space
 
 
@@ -37,16 +38,16 @@ def flat(ax: Any, envelope: Any, axes: Sequence[int], samples: Array | None = No
 def space(ax: Any, envelope: Any, samples: Array | None = None) -> None:
     """The envelope in space, seen from the side and a little above, with sections across it and the world's axes."""
     plane = view(ELEVATION, AZIMUTH)
-    shadow(ax, envelope, plane, samples, rings=True)
+    covered = shadow(ax, envelope, plane, samples, rings=True)
     means, covariances = positions(envelope, RINGS)
     axis = means[-1] - means[0]
     for mean, covariance in zip(means[1:-1], covariances[1:-1], strict=True):
         ax.plot(*(section(mean, covariance, axis) @ plane.T).T, color=TUNNEL, linewidth=0.6, alpha=0.6, zorder=3)
-    _world(ax, plane)
+    _world(ax, plane, covered)
 
 
-def shadow(ax: Any, envelope: Any, plane: Array, samples: Array | None = None, rings: bool = False) -> None:
-    """The same on any plane (2, 3) of space; with rings the Gaussians are drawn as bodies."""
+def shadow(ax: Any, envelope: Any, plane: Array, samples: Array | None = None, rings: bool = False) -> Array:
+    """The same on any plane (2, 3) of space; with rings the Gaussians are drawn as bodies. All outlines (n, 2)."""
     means, covariances = positions(envelope)
     outlines = [ellipse(plane @ m, plane @ c @ plane.T) for m, c in zip(means, covariances, strict=True)]
     edge: dict[str, Any] = {"closed": True, "facecolor": "none", "edgecolor": TUNNEL, "linewidth": 2.4}
@@ -65,6 +66,7 @@ def shadow(ax: Any, envelope: Any, plane: Array, samples: Array | None = None, r
     ax.plot(*(means[[0, -1]] @ plane.T).T, color=INK, linewidth=0.8, linestyle=":", zorder=3)
     _room(ax, np.concatenate(outlines))
     bare(ax)
+    return np.concatenate(outlines)
 
 
 def view(elevation: float, azimuth: float) -> Array:
@@ -95,13 +97,19 @@ def _ring(mean: Array, first: Array, second: Array) -> Array:
     return mean + np.cos(angle) * first + np.sin(angle) * second
 
 
-def _world(ax: Any, plane: Array) -> None:
-    """Ten centimetres along each of the world's axes, in the upper left corner."""
-    foot = np.array([ax.get_xlim()[0] + 0.05, ax.get_ylim()[1] - 0.16])
-    for name, axis in zip("xyz", np.eye(3), strict=True):
-        tip = foot + 0.1 * plane @ axis
-        ax.plot(*np.array([foot, tip]).T, color=SOFT, linewidth=1.4, zorder=6)
-        ax.text(*(foot + 0.125 * plane @ axis), name, color=SOFT, fontsize=8.5, ha="center", va="center")
+def _world(ax: Any, plane: Array, covered: Array) -> None:
+    """The world's axes, in the corner that is farthest from what is covered (n, 2)."""
+    low, high = np.array([ax.get_xlim(), ax.get_ylim()]).T
+    length = ARROWS * (high - low).max()
+    tips = length * plane.T
+    room = 1.3 * np.array([tips.min(0).clip(max=0.0), tips.max(0).clip(min=0.0)])  # that the axes take up
+    corners = np.array([low, high])
+    feet = np.array([(corners[i, 0] - room[i, 0], corners[j, 1] - room[j, 1]) for i in (0, 1) for j in (0, 1)])
+    middles = feet + room.mean(axis=0)
+    foot = feet[int(np.argmax([np.linalg.norm(covered - middle, axis=1).min() for middle in middles]))]
+    for name, tip in zip("xyz", tips, strict=True):
+        ax.plot(*np.array([foot, foot + tip]).T, color=SOFT, linewidth=1.4, zorder=6)
+        ax.text(*(foot + 1.25 * tip), name, color=SOFT, fontsize=8.5, ha="center", va="center")
     ax.plot(*foot, marker="o", color=FAINT, markersize=3.0, zorder=6)
 
 
