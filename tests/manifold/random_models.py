@@ -1,10 +1,12 @@
 """Small random surfaces and tangent fields for the kernels: bent sheets with anchors, smooth fields along them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
+from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import as_maps, build_surface
 from skillfold.manifold.polynomials import monomials
 
@@ -25,6 +27,14 @@ class RandomModel:
     field: Field
     trust: Trust
     rng: np.random.Generator
+
+    @cached_property
+    def _table(self):
+        return tabled(self.surface, self.field)
+
+    @property
+    def table(self):
+        return self._table.entries
 
     def states(self, count, spread=0.1):
         """States around the anchors."""

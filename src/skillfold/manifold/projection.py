@@ -61,9 +61,9 @@ def judge(model: Model, inner: Array, enough: float) -> tuple[Array, Array]:
 
     A state nearer than `enough` is not projected: there its displacement tells all that was asked.
     """
-    off, nearest, _ = displacements(model.surface, model.field, inner, GHOST * model.trust.doubt)
-    asked = off > enough
-    if asked.any():
+    off, nearest, _ = displacements(model.table, inner, GHOST * model.trust.doubt)
+    if off.max(initial=0.0) > enough:
+        asked = off > enough
         away = inner[asked]
         onto, _ = project_states(model.surface, model.field, model.trust, away)
         off[asked] = np.linalg.norm(onto - away, axis=1)
@@ -100,7 +100,7 @@ class OnManifold:
     def inside(self, states: Array) -> Array:
         """The second of what `judge` tells, with less work."""
         m = self.model
-        return self._outside(states, nearest_distances(m.surface, m.field, m.encode(states)))
+        return self._outside(states, nearest_distances(m.table, m.encode(states)))
 
     def _outside(self, states: Array, near: Array) -> Array:
         m = self.model

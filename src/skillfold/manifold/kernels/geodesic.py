@@ -8,6 +8,8 @@ from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, take
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
 from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
+from skillfold.manifold.kernels.tabled import field_at, surface_at
+from skillfold.tables import Indices
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -208,13 +210,15 @@ def refine(coarse: Array, path: Array) -> None:
 
 @njit
 def solve_geodesic(
-    surface: Surface, field: Field, first: Array, step: float, path: Array, tolerance: float, cap: float, limit: int
+    t: Indices, first: Array, step: float, path: Array, tolerance: float, cap: float, limit: int
 ) -> tuple:
     """Relax a first path (m, D) into `path` (n, D); (iterations, last step).
 
     Of two states alone the path between them is grown; 0 iterations where they do not meet. Grown paths of many
-    states are relaxed with few of them first, which takes away most of the error at little cost.
+    states are relaxed with few of them first, which takes away most of the error at little cost. `t` is the table
+    of surface and field (see `tabled`).
     """
+    surface, field = surface_at(t), field_at(t)
     scratch = make_scratch(surface, field, len(path))
     grow = len(first) == 2
     if grow:
