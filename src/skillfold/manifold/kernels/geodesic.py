@@ -15,6 +15,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 GROWN = 2000  # states that a first path may have
 COARSE = 13  # states of the path that is relaxed first, where many are asked
+ROUGH = 1e-4  # tolerance of that, in rms radii of the data: a curve through so few states is off by more
 MEMORY = 5  # iterations that the acceleration looks back on
 WORSE = 2.0  # times the last step: a larger one shows that what was learnt of the iteration no longer holds
 
@@ -230,7 +231,8 @@ def solve_geodesic(
     resample(first, now)
     share = 1.0
     while True:
-        iterations, moved, share = relax(surface, field, now, tolerance, cap, limit, share, scratch)
+        enough = tolerance if len(now) == len(path) else max(tolerance, ROUGH)
+        iterations, moved, share = relax(surface, field, now, enough, cap, limit, share, scratch)
         if len(now) == len(path):
             return iterations, moved
         refine(now, path)
