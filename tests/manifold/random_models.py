@@ -30,11 +30,20 @@ class RandomModel:
 
     @cached_property
     def _table(self):
-        return tabled(self.surface, self.field)
+        D = len(self.surface.points)
+        return tabled(self.surface, self.field, np.zeros(D), np.eye(D), 1.0)
 
     @property
     def table(self):
         return self._table.entries
+
+    scale = 1.0  # inner coordinates are the states themselves
+
+    def encode(self, states):
+        return states
+
+    def moved(self, states, inner):
+        return inner
 
     def states(self, count, spread=0.1):
         """States around the anchors."""

@@ -210,7 +210,8 @@ def _kernel_field(field: TangentField) -> Field:
 
 def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
     """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
-    table = tabled(surface, field)
+    inner = len(surface.points)
+    table = tabled(surface, field, np.zeros(inner), np.eye(inner), 1.0)
     found = displacements(table.entries, surface.rows, np.inf)[2]
     usual = max(float(np.median(found)), NO_DOUBT)
     return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)

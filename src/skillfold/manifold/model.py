@@ -56,12 +56,12 @@ class Model:
 
     @property
     def table(self) -> Indices:
-        """Surface and field as compiled loops take them from Python."""
+        """The model as compiled loops take it from Python."""
         return self._table.entries
 
     @cached_property
     def _table(self) -> Table:
-        return tabled(self.surface, self.field)
+        return tabled(self.surface, self.field, self.centre, self.kept, self.scale)
 
     def __getstate__(self) -> dict[str, Any]:
         """For another process, where the table's addresses mean nothing."""

@@ -134,7 +134,8 @@ def joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]
     """Legs in a row, through the asked states to the bit."""
     states = np.vstack([legs[0], *(leg[1:] for leg in legs[1:])]) if legs[1:] else legs[0]
     states = states if space.is_flat else space.normalize(states)
-    states[list(accumulate((n - 1 for n in counts), initial=0))] = asked
+    for i, state in zip(accumulate((n - 1 for n in counts), initial=0), asked, strict=True):
+        states[i] = state
     return states
 
 
@@ -160,7 +161,8 @@ def _hold(model: Model, states: Array, given: Array, spread: Array) -> Array:
 
 
 def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
-    parts = [f"{_end(i, len(moved))} moved {moved[i]:.3g} onto the manifold" for i in np.flatnonzero(moved)]
+    ends = enumerate(moved.tolist())
+    parts = [f"{_end(i, len(moved))} moved {m:.3g} onto the manifold" for i, m in ends if m > 0]
     if not supported:
         parts.append("an end lies far from the demonstrations")
     if any(leg.first == "graph" for leg in legs):

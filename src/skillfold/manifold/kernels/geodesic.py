@@ -217,7 +217,7 @@ def solve_geodesic(
 
     Of two states alone the path between them is grown; 0 iterations where they do not meet. Grown paths of many
     states are relaxed with few of them first, which takes away most of the error at little cost. `t` is the table
-    of surface and field (see `tabled`).
+    of the model (see `tabled`), whose inner coordinates these are.
     """
     surface, field = surface_at(t), field_at(t)
     scratch = make_scratch(surface, field, len(path))

@@ -53,10 +53,10 @@ def nearest_anchors(
 
 @inner
 def farthest(values: Array, indices: Indices) -> float:
-    """The largest of the values at some indices."""
-    worst = values[indices[0]]
-    for i in indices:
-        worst = max(worst, values[i])
+    """The largest of the values, 0 or more, at some indices."""
+    worst = 0.0
+    for j in range(indices.size):
+        worst = max(worst, float(values[indices[j]]))
     return worst
 
 
