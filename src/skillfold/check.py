@@ -17,6 +17,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 OUTSIDE = 4.0  # times the usual distance to the demonstrations: a path farther out is not supported by them
 JUMP = 5.0  # times the mean step: a longer one is no continuous motion
 MOST = 20_000  # states that are looked at between those of a path; a longer one is looked at less closely
+NO_END = np.full(1, np.inf)  # clearance where there is nothing to be clear of
 SAG = 0.125  # of a second difference: how far the chord of a smooth curve lies off it, half-way
 
 
@@ -45,6 +46,7 @@ class Check:
         residual, residual_at: largest distance from the surface and the place that has it; between states, where it
             exceeds most what chords may be off.
         outside, outside_at: farthest outside the demonstrations, and where.
+        length: of the path, in straight steps.
         jump, jump_at: longest step in mean steps, and where it starts.
         clearance, clearance_at: smallest clearance, and where; infinite without obstacles.
     """
@@ -55,6 +57,7 @@ class Check:
     residual_at: float
     outside: float
     outside_at: float
+    length: float
     jump: float
     jump_at: int
     clearance: float = np.inf
@@ -86,18 +89,15 @@ def check_path(
     if not np.isfinite(states).all():
         return _broken()
     looked, places = _looked_at(states, obstacles)
-    distance, outside = (np.asarray(values) for values in constraint.judge(looked))
+    distance, outside = map(np.asarray, constraint.judge(looked))
     over = distance if obstacles is None else distance - _sag(states, places)
     moves = states[1:] - states[:-1]
     steps = np.sqrt(np.einsum("ic,ic->i", moves, moves))
-    a, b, c = int(over.argmax()), int(outside.argmax()), int(steps.argmax())
-    jump = float(steps[c]) / max(float(steps.sum()) / len(steps), 1e-300)
+    a, b, c, length = int(over.argmax()), int(outside.argmax()), int(steps.argmax()), float(steps.sum())
+    jump = float(steps[c]) / max(length / len(steps), 1e-300)
     allowed = max(OUTSIDE, 1.5 * float(outside[0]), 1.5 * float(outside[-1]))
-    clear = np.full(1, np.inf) if obstacles is None else np.atleast_1d(obstacles.clearance(looked))
-    within = space.contains(looked, 1e-6 if space.is_flat else 1e-3)
-    if obstacles is not None:
-        lower, upper = obstacles.bounds
-        within = within & ((looked >= lower - 1e-9) & (looked <= upper + 1e-9)).all(1)
+    clear = NO_END if obstacles is None else np.atleast_1d(obstacles.clearance(looked))
+    broken = _breaks_limits(looked, space, obstacles)
     d = int(clear.argmin())
     reason = ""
     if not over[a] <= tolerance:
@@ -106,17 +106,28 @@ def check_path(
         reason = f"State {places[b]:.4g} lies outside the demonstrations, {outside[b]:.1f} times as far as is usual."
     elif not (jump <= JUMP or steps[c] <= still):
         reason = f"The path jumps after state {c}, {jump:.1f} times its mean step."
-    elif not within.all():
-        reason = f"State {places[int(within.argmin())]:.4g} breaks the limits of its coordinates."
+    elif broken is not None:
+        reason = f"State {places[broken]:.4g} breaks the limits of its coordinates."
     elif obstacles is not None and not clear[d] > 0.0:
         reason = f"State {places[d]:.4g} is not clear: {obstacles.nearest(looked[d])}, {clear[d]:.2g}."
-    worst = (float(distance[a]), float(places[a]), float(outside[b]), float(places[b]), jump, c)
+    worst = (float(distance[a]), float(places[a]), float(outside[b]), float(places[b]), length, jump, c)
     return Check(not reason, reason, *worst, float(clear[d]), float(places[d]))
 
 
 def _broken() -> Check:
     reason = "The path has numbers that are not finite."
-    return Check(False, reason, np.inf, 0, np.inf, 0, np.inf, 0, -np.inf, 0)
+    return Check(False, reason, np.inf, 0, np.inf, 0, np.inf, np.inf, 0, -np.inf, 0)
+
+
+def _breaks_limits(states: Array, space: StateSpace, obstacles: Clearance | None) -> int | None:
+    """The first of finite states outside the limits of its space, or of the obstacles' bounds; None without one."""
+    if space.is_flat and not space.is_bounded and obstacles is None:
+        return None
+    within = space.contains(states, 1e-6 if space.is_flat else 1e-3)
+    if obstacles is not None:
+        lower, upper = obstacles.bounds
+        within = within & ((states >= lower - 1e-9) & (states <= upper + 1e-9)).all(1)
+    return None if within.all() else int(within.argmin())
 
 
 def _looked_at(states: Array, obstacles: Clearance | None) -> tuple[Array, Array]:

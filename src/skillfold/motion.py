@@ -46,7 +46,8 @@ class Path:
     @property
     def length(self) -> float:
         """Sum of the distances between consecutive states."""
-        return float(np.linalg.norm(np.diff(self.states, axis=0), axis=1).sum())
+        moves = self.states[1:] - self.states[:-1]
+        return float(np.sqrt(np.einsum("ic,ic->i", moves, moves)).sum())
 
 
 @dataclass(frozen=True)

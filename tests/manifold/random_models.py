@@ -1,10 +1,12 @@
 """Small random surfaces and tangent fields for the kernels: bent sheets with anchors, smooth fields along them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
+from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import as_maps, build_surface
 from skillfold.manifold.polynomials import monomials
 
@@ -25,6 +27,23 @@ class RandomModel:
     field: Field
     trust: Trust
     rng: np.random.Generator
+
+    @cached_property
+    def _table(self):
+        D = len(self.surface.points)
+        return tabled(self.surface, self.field, np.zeros(D), np.eye(D), 1.0)
+
+    @property
+    def table(self):
+        return self._table.entries
+
+    scale = 1.0  # inner coordinates are the states themselves
+
+    def encode(self, states):
+        return states
+
+    def moved(self, states, inner):
+        return inner
 
     def states(self, count, spread=0.1):
         """States around the anchors."""

@@ -37,7 +37,7 @@ def test_mix_finds_where_a_linear_iteration_ends():
 def test_small_ones():
     rng = np.random.default_rng(0)
     path, steps = rng.normal(size=(2, 6, 3))
-    assert acceleration.dot(path, steps) == pytest.approx((path * steps).sum(), rel=1e-12)
+    assert acceleration.dot(path[0], steps[0]) == pytest.approx(path[0] @ steps[0], rel=1e-12)
     assert acceleration.longest(steps) == pytest.approx(np.linalg.norm(steps, axis=1).max(), rel=1e-12)
     out = np.empty_like(path)
     acceleration.copy_rows(path, out)

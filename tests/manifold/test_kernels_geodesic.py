@@ -128,9 +128,7 @@ def test_solve_geodesic(model, ends, step, points):
     """With few states, and with many, of which few are relaxed first."""
     for start, goal in ends:
         path = np.empty((points, len(start)))
-        found = geodesic.solve_geodesic(
-            model.surface, model.field, np.stack([start, goal]), step, path, 1e-9, 0.3, 100
-        )
+        found = geodesic.solve_geodesic(model.table, np.stack([start, goal]), step, path, 1e-9, 0.3, 100)
         grown = twins.grow_path(model.surface, model.field, start, goal, step, geodesic.GROWN)
         if grown is None:
             assert found == (0, np.inf)
@@ -145,7 +143,7 @@ def test_solve_geodesic_says_where_ends_do_not_meet(model, ends):
     first = np.stack(ends[0])
     path = np.full((5, first.shape[1]), 7.0)
     tiny = np.linalg.norm(first[1] - first[0]) / 1e5  # more steps than a first path may have
-    assert geodesic.solve_geodesic(model.surface, model.field, first, tiny, path, 1e-9, 0.3, 30) == (0, np.inf)
+    assert geodesic.solve_geodesic(model.table, first, tiny, path, 1e-9, 0.3, 30) == (0, np.inf)
     np.testing.assert_array_equal(path, 7.0)
 
 
@@ -154,7 +152,7 @@ def test_solve_geodesic_from_a_first_path(model, ends):
     for start, goal in ends:
         first = bent(start, goal, 7, model.rng)
         path, expected = np.empty((40, len(start))), np.empty((40, len(start)))
-        found = geodesic.solve_geodesic(model.surface, model.field, first, 0.1, path, 1e-9, 0.3, 100)
+        found = geodesic.solve_geodesic(model.table, first, 0.1, path, 1e-9, 0.3, 100)
         geodesic.resample(first, expected)
         assert (
             geodesic.relax(model.surface, model.field, expected, 1e-9, 0.3, 100, 1.0, room(model, len(expected)))[0]

@@ -22,7 +22,7 @@ def arrays(model):
 def test_displacements(model, ghost):
     states = model.states(10, 0.5)
     expected = [twins.displacement(*arrays(model), x) for x in states]
-    off, nearest, doubts = judging.displacements(*arrays(model), states, ghost)
+    off, nearest, doubts = judging.displacements(model.table, states, ghost)
     lengths = [np.hypot(np.linalg.norm(e[0]), e[3] if e[3] > ghost else 0.0) for e in expected]
     np.testing.assert_allclose(off, lengths, atol=1e-10)
     np.testing.assert_allclose(nearest, [np.sqrt(e[2]) for e in expected], atol=1e-10)
@@ -36,7 +36,7 @@ def test_judge(model, spread, enough):
     expected = [twins.distance(*arrays(model), model.trust, x, enough) for x in states]
     off, nearest = judge(model, states, enough)
     np.testing.assert_allclose(off, expected, atol=1e-9)
-    np.testing.assert_allclose(nearest, judging.nearest_distances(*arrays(model), states), atol=1e-12)
+    np.testing.assert_allclose(nearest, judging.nearest_distances(model.table, states), atol=1e-12)
 
 
 def test_judge_next_to_the_surface(model):
@@ -52,4 +52,4 @@ def test_judge_next_to_the_surface(model):
 def test_nearest_distances(model):
     states = model.states(10, 0.5)
     expected = np.linalg.norm(states[:, None] - model.surface.points.T, axis=2).min(1)
-    np.testing.assert_allclose(judging.nearest_distances(*arrays(model), states), expected, atol=1e-12)
+    np.testing.assert_allclose(judging.nearest_distances(model.table, states), expected, atol=1e-12)

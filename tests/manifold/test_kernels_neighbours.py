@@ -39,6 +39,19 @@ def test_smallest(count, wanted):
     np.testing.assert_array_equal(found, np.sort(values)[:wanted])
 
 
+@pytest.mark.parametrize("wanted", [1, 5, 20])
+def test_farthest_and_smallest_within(wanted):
+    """Any places will do to say how far to look."""
+    rng = np.random.default_rng(wanted)
+    values, places = rng.normal(size=20) ** 2, rng.choice(20, wanted, replace=False)
+    bound = neighbours.farthest(values, places)
+    assert bound == values[places].max()
+    indices, found = np.zeros(wanted, np.int64), np.empty(wanted)
+    neighbours.smallest_within(values, bound, indices, found)
+    np.testing.assert_array_equal(indices, values.argsort()[:wanted])
+    np.testing.assert_array_equal(found, np.sort(values)[:wanted])
+
+
 def test_smallest_passes_over_infinities():
     indices, found = np.full(3, 7), np.empty(3)
     neighbours.smallest(np.array([np.inf, 2.0, np.inf, 1.0]), indices, found)

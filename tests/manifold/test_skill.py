@@ -1,5 +1,8 @@
 """Laws of projection, tangents and distance: what must hold for any state, on skills of every kind."""
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -165,3 +168,14 @@ def test_contains_is_distance_below_tolerance(skills, kind, seed):
     distance = skill.distance(states)
     np.testing.assert_array_equal(skill.contains(states), distance <= skill.tolerance)
     np.testing.assert_array_equal(skill.contains(states, distance[0]), distance <= distance[0])
+
+
+def test_a_skill_sent_to_another_process_makes_its_own_table(sphere):
+    """A table holds addresses, which mean nothing elsewhere."""
+    states = states_about(sphere, 1)
+    expected = sphere.distance(states)
+    sent = pickle.dumps(sphere)
+    assert sphere.model.table is sphere.model.table
+    for copy in (pickle.loads(sent), replace(sphere, model=replace(sphere.model))):
+        np.testing.assert_array_equal(copy.distance(states), expected)
+        assert not np.array_equal(copy.model.table, sphere.model.table)

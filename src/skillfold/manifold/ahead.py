@@ -5,6 +5,7 @@ import numpy as np
 from skillfold.manifold.kernels.judging import nearest_distances
 from skillfold.manifold.kernels.projection import project_states
 from skillfold.manifold.kernels.surface import Field, Trust
+from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import as_maps, build_surface
 from skillfold.manifold.polynomials import monomials
 
@@ -20,7 +21,8 @@ def project_onto_a_line() -> None:
     field = Field(np.zeros((2, 1)), 1.0, np.array([[[1.0], [0.0]]]))
     states = np.ones((1, 2))
     project_states(surface, field, Trust(1.0, 1.0, 1.0, np.ones(ANCHORS, bool)), states)
-    nearest_distances(surface, field, states)
+    table = tabled(surface, field, np.zeros(2), np.eye(2), 1.0)
+    nearest_distances(table.entries, states)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ from scipy.linalg import cho_factor, cho_solve
 from skillfold.manifold.training import JITTER, Problem, alignment, balance, field_at_edges, objective
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 MEMORY = 10  # pairs of steps and changes of the gradient
 RENEWED = 20  # iterations after which the metric is worked out anew
@@ -66,10 +67,11 @@ class _Metric:
         neglected = (point.misfit**2).sum() / (problem.steps**2).sum()
         Q = (1.0 + neglected) * np.eye(D) - np.swapaxes(H, 1, 2) @ np.linalg.solve(gram, H)
         Q *= (len(point.eps) / n * (eps**2).sum(1) / d)[:, None, None]
-        matrix = np.empty((K, D, K, D))
+        # Both factors are symmetric: of each, half is enough.
+        (k, m), (a, b) = np.triu_indices(K), np.triu_indices(D)
+        halves = (values[:, k] * values[:, m]).T @ Q[:, a, b]
+        matrix = halves[_places(K)[:, None, :, None], _places(D)[None, :, None, :]]
         for c in range(D):
-            scaled = (values[:, :, None] * Q[:, None, c, :]).reshape(n, K * D)
-            matrix[:, c] = (values.T @ scaled).reshape(K, K, D)
             matrix[:, c, :, c] += problem.ridge * problem.smoothness
         matrix = matrix.reshape(K * D, K * D)
         matrix[np.diag_indices_from(matrix)] += JITTER * np.trace(matrix)
@@ -78,6 +80,14 @@ class _Metric:
     def solve(self, gradient: Array) -> Array:
         flat = gradient.reshape(len(gradient), -1).T
         return cho_solve(self.factor, flat, check_finite=False).T.reshape(gradient.shape)
+
+
+def _places(n: int) -> Indices:
+    """Where each entry of a symmetric matrix (n, n) stands in its upper half, row by row."""
+    rows, columns = np.triu_indices(n)
+    places = np.empty((n, n), np.int64)
+    places[rows, columns] = places[columns, rows] = np.arange(len(rows))
+    return places
 
 
 def _direction(metric: _Metric, pairs: deque[tuple[Array, Array]], gradient: Array) -> Array:

@@ -40,7 +40,7 @@ class Geodesic:
 
 def geodesic(model: Model, start: Array, goal: Array, points: int) -> Geodesic:
     """From start to goal, inner coordinates (D - f,), which stay as they are."""
-    found = _solved(model, np.stack([start, goal]), points, "grown")
+    found = _solved(model, np.array([start, goal]), points, "grown")
     if found.converged:
         return found
     over_anchors = graph_path(model, start, goal)
@@ -66,7 +66,7 @@ def leaf_geodesic(model: Model, start: Array, goal: Array, points: int) -> Geode
 
 def _solved(model: Model, first: Array, points: int, kind: str) -> Geodesic:
     path = np.empty((points, first.shape[1]))
-    iterations, moved = solve_geodesic(model.surface, model.field, first, model.step, path, TOLERANCE, CAP, LIMIT)
+    iterations, moved = solve_geodesic(model.table, first, model.step, path, TOLERANCE, CAP, LIMIT)
     return Geodesic(path, iterations, moved < TOLERANCE, kind)
 
 

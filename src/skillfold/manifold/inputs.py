@@ -24,7 +24,9 @@ def read_states(x: Any, names: Sequence[str]) -> Array:
     array = read_numbers(x, "States", f"(..., {len(names)})")
     if array.ndim == 0 or array.shape[-1] != len(names):
         raise InputError(f"Expected states (..., {len(names)}) of {', '.join(names)}; got shape {array.shape}.")
-    # Nothing but a number passes the comparison, and the squares of what passes are finite.
+    # Nothing but numbers passes the comparison, and where the sum of squares is small each of them is.
+    if np.vdot(array, array) < LARGEST**2:
+        return array
     usable = np.abs(array) < LARGEST
     if not usable.all():
         where = tuple(int(i) for i in np.argwhere(~usable)[0])
@@ -42,7 +44,7 @@ def read_query(start: Any, goal: Any, via: Any, names: Sequence[str]) -> Array:
             raise InputError(f"{name}: expected one state ({len(names)},), got shape {state.shape}.")
     # An empty list has no columns, and is no mistake.
     if via is None or read_numbers(via, "via", f"(m, {len(names)})").size == 0:
-        return np.stack(ends)
+        return np.array(ends)
     middle = read_states(via, names)
     if middle.ndim > 2:
         raise InputError(f"via: expected states (m, {len(names)}), got shape {middle.shape}.")
@@ -59,6 +61,8 @@ def read_path(near: Any, names: Sequence[str]) -> Array:
 
 def read_numbers(values: Any, what: str, shape: str) -> Array:
     """`values` as float64, if they are real numbers in a rectangular array; `shape` is what to expect, in words."""
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
     try:
         array = np.asarray(values)
     except (TypeError, ValueError):

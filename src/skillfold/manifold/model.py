@@ -5,13 +5,16 @@ everywhere; outside, they are as the user gave them.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
+from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.polynomials import Monomials
+from skillfold.tables import Table
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -50,6 +53,19 @@ class Model:
     step: float
     tolerance: float
     trust: Trust
+
+    @property
+    def table(self) -> Indices:
+        """The model as compiled loops take it from Python."""
+        return self._table.entries
+
+    @cached_property
+    def _table(self) -> Table:
+        return tabled(self.surface, self.field, self.centre, self.kept, self.scale)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For another process, where the table's addresses mean nothing."""
+        return {name: value for name, value in self.__dict__.items() if name != "_table"}
 
     @property
     def n_dims(self) -> int:

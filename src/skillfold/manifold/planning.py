@@ -56,13 +56,13 @@ def plan_geodesic(
         return _plan_led(model, route, space, names, query)
     asked, moved, supported = onto(model, query.states)
     counts = shares(asked, query.points)
-    legs = [_leg(model, a, b, count, leaf) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
-    states = joined(space, [states for states, _ in legs], asked, counts)
+    solve, inner = leaf_geodesic if leaf else geodesic, model.encode(asked)
+    parts = [solve(model, inner[i], inner[i + 1], count) for i, count in enumerate(counts)]
+    legs = [model.path(asked[i], asked[i + 1], part.states) for i, part in enumerate(parts)]
+    states = joined(space, legs, asked, counts)
     tolerance = usual(model) * (1.0 + 1e-9)  # ends that were left where they are keep this too
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model))
-    parts = [part for _, part in legs]
-    story = _story_geodesic(moved, supported, parts)
-    return told(states, names, check, story, parts, moved, "geodesic")
+    return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
 
 
 def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
@@ -110,11 +110,10 @@ def usual(model: Model) -> float:
 
 def onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
-    moved = np.zeros(len(states))
-    off = OnManifold(model, usual(model)).distance(states) > usual(model)
-    if not off.any():
-        return states, moved, True
-    onto = states.copy()
+    distance = OnManifold(model, usual(model)).distance(states)
+    if distance.max() <= usual(model):
+        return states, np.zeros(len(states)), True
+    off, onto = distance > usual(model), states.copy()
     onto[off], inside = project_anchored(model, states[off])
     return onto, np.linalg.norm(onto - states, axis=1), bool(inside.all())
 
@@ -131,17 +130,12 @@ def shares(states: Array, points: int) -> list[int]:
     return [int(n) + 2 for n in np.diff(bounds)]
 
 
-def _leg(model: Model, start: Array, goal: Array, count: int, leaf: bool) -> tuple[Array, Geodesic]:
-    solve = leaf_geodesic if leaf else geodesic
-    found = solve(model, model.encode(start), model.encode(goal), count)
-    return model.path(start, goal, found.states), found
-
-
 def joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]) -> Array:
     """Legs in a row, through the asked states to the bit."""
     states = np.vstack([legs[0], *(leg[1:] for leg in legs[1:])]) if legs[1:] else legs[0]
     states = states if space.is_flat else space.normalize(states)
-    states[list(accumulate((n - 1 for n in counts), initial=0))] = asked
+    for i, state in zip(accumulate((n - 1 for n in counts), initial=0), asked, strict=True):
+        states[i] = state
     return states
 
 
@@ -167,8 +161,8 @@ def _hold(model: Model, states: Array, given: Array, spread: Array) -> Array:
 
 
 def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
-    names = ["start", *(f"via {i}" for i in range(len(moved) - 2)), "goal"]
-    parts = [f"{name} moved {m:.3g} onto the manifold" for name, m in zip(names, moved, strict=True) if m > 0]
+    ends = enumerate(moved.tolist())
+    parts = [f"{_end(i, len(moved))} moved {m:.3g} onto the manifold" for i, m in ends if m > 0]
     if not supported:
         parts.append("an end lies far from the demonstrations")
     if any(leg.first == "graph" for leg in legs):
@@ -178,6 +172,10 @@ def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
     if not all(leg.converged for leg in legs):
         parts.append("the solver stopped at its iteration limit")
     return "Shortest path on the manifold" + "".join(f"; {part}" for part in parts) + "."
+
+
+def _end(i: int, count: int) -> str:
+    return "start" if i == 0 else "goal" if i == count - 1 else f"via {i - 1}"
 
 
 def told(
@@ -190,12 +188,11 @@ def told(
     route: str,
 ) -> Plan:
     """The plan, of legs that know their `iterations` and whether they `converged`."""
-    path = Path(states, names)
     return Plan(
         success=check.ok,
         reason=story if check.ok else f"{check.reason} ({story})",
-        path=path,
-        length=path.length,
+        path=Path(states, names),
+        length=check.length,
         residual=check.residual,
         iterations=sum(leg.iterations for leg in legs),
         converged=all(leg.converged for leg in legs),

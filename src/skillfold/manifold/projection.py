@@ -56,17 +56,16 @@ def tangents(model: Model, states: Array) -> Array:
     return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
 
 
-def judge(model: Model, inner: Array, enough: float) -> tuple[Array, Array]:
-    """Distances of inner states (B, D - f) from the modelled surface, and from the nearest anchor; both (B,).
+def judge(model: Model, states: Array, enough: float) -> tuple[Array, Array]:
+    """Distances of states (B, D) from the modelled surface, and from the nearest anchor; both (B,).
 
     A state nearer than `enough` is not projected: there its displacement tells all that was asked.
     """
-    off, nearest, _ = displacements(model.surface, model.field, inner, GHOST * model.trust.doubt)
-    asked = off > enough
-    if asked.any():
-        away = inner[asked]
-        onto, _ = project_states(model.surface, model.field, model.trust, away)
-        off[asked] = np.linalg.norm(onto - away, axis=1)
+    off, nearest, _ = displacements(model.table, states, GHOST * model.trust.doubt * model.scale)
+    if off.max(initial=0.0) > enough:
+        asked = off > enough
+        away = states[asked]
+        off[asked] = np.linalg.norm(project_anchored(model, away)[0] - away, axis=1)
     return off, nearest
 
 
@@ -89,9 +88,8 @@ class OnManifold:
         range of the samples is left.
         """
         m = self.model
-        enough = max(self.enough / m.scale, NEAR)
-        off, near = judge(m, m.encode(states), enough)
-        return m.scale * off, self._outside(states, near)
+        off, near = judge(m, states, max(self.enough, NEAR * m.scale))
+        return off, self._outside(states, near)
 
     def distance(self, states: Array) -> Array:
         """The first of what `judge` tells."""
@@ -100,11 +98,11 @@ class OnManifold:
     def inside(self, states: Array) -> Array:
         """The second of what `judge` tells, with less work."""
         m = self.model
-        return self._outside(states, nearest_distances(m.surface, m.field, m.encode(states)))
+        return self._outside(states, nearest_distances(m.table, states))
 
     def _outside(self, states: Array, near: Array) -> Array:
         m = self.model
         if m.free.shape[1]:
-            beyond = np.maximum(np.abs((states - m.centre) @ m.free) - m.free_extent, 0.0) / m.scale
+            beyond = np.maximum(np.abs((states - m.centre) @ m.free) - m.free_extent, 0.0)
             near = np.sqrt(near**2 + (beyond**2).sum(1))
-        return near / m.trust.spacing
+        return near / (m.scale * m.trust.spacing)

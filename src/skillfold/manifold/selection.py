@@ -13,6 +13,7 @@ from skillfold.manifold.tangent import train
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 KERNELS = (5, 10, 20, 40, 80)
 RIDGES = (1e-6, 1e-5, 1e-4)
@@ -33,22 +34,17 @@ def _folds(edges: Indices, groups: Indices | None, seed: int) -> Indices:
     return np.random.default_rng(seed).integers(0, 3, len(edges))
 
 
-def _field_error(
-    samples: Array,
-    edges: Indices,
-    frames: Array,
-    folds: Indices,
-    features: Features,
-    ridge: float,
-    seed: int,
-) -> float:
-    """Mean over folds of the rms part of held-out steps that a field trained on the others does not span."""
-    squares = []
-    for fold in np.unique(folds):
-        kept, held = edges[folds != fold], edges[folds == fold]
-        field = train(features, samples, kept, frames, ridge, seed, iterations=TRIAL_ITERATIONS, restarts=0)
-        a, b = samples[held[:, 0]], samples[held[:, 1]]
-        squares.append(field.residual((a + b) / 2, b - a) ** 2)
+def _held_out(
+    samples: Array, edges: Indices, frames: Array, held: Flags, features: Features, ridge: float, seed: int
+) -> Array:
+    """Squared part of held-out steps that a field trained on the other edges does not span; (held.sum(),)."""
+    field = train(features, samples, edges[~held], frames, ridge, seed, iterations=TRIAL_ITERATIONS, restarts=0)
+    a, b = samples[edges[held, 0]], samples[edges[held, 1]]
+    return field.residual((a + b) / 2, b - a) ** 2
+
+
+def _error(squares: Sequence[Array]) -> float:
+    """Rms over all folds, winsorised."""
     errors = np.concatenate(squares)
     return float(np.sqrt(np.minimum(errors, np.quantile(errors, WINSOR)).mean()))
 
@@ -74,15 +70,17 @@ class _Comparison(NamedTuple):
 
     def errors(self, candidates: Sequence[Candidate], begin: float, end: float) -> list[float]:
         """Held-out error of each candidate; progress goes from `begin` to `end`."""
-        batches: Any = Parallel(n_jobs=self.jobs, prefer="threads", return_as="generator")(
-            delayed(_field_error)(self.samples, self.edges, self.frames, self.folds, features, ridge, self.seed)
-            for features, ridge in candidates
+        folds = np.unique(self.folds)
+        trainings: Any = Parallel(n_jobs=self.jobs, prefer="threads", return_as="generator")(
+            delayed(_held_out)(self.samples, self.edges, self.frames, self.folds == fold, *candidate, self.seed)
+            for candidate in candidates
+            for fold in folds
         )
-        found: list[float] = []
-        for error in batches:
-            found.append(error)
-            self.progress(begin + (end - begin) * len(found) / len(candidates))
-        return found
+        found: list[Array] = []
+        for squares in trainings:
+            found.append(squares)
+            self.progress(begin + (end - begin) * len(found) / (len(folds) * len(candidates)))
+        return [_error(found[i : i + len(folds)]) for i in range(0, len(found), len(folds))]
 
 
 def choose_field(
@@ -120,14 +118,16 @@ def choose_field(
     compare = _Comparison(
         samples, looked_at, frames, _folds(looked_at, groups, seed), seed, jobs, lambda share: progress(stage, share)
     )
-    candidates = [(features, plain) for features in placed]
-    errors = compare.errors(candidates, 0.0, 0.7)
-    best = placed[int(np.argmin(errors))]
-    others = [] if ridge else [(best, value) for value in RIDGES if value != plain]
-    errors += compare.errors(others, 0.7, 1.0) if others else []
+    ridges = [] if ridge else [value for value in RIDGES if value != plain]
+    candidates, errors = [(features, plain) for features in placed], list[float]()
+    if len(placed) > 1:
+        errors = compare.errors(candidates, 0.0, 0.7)
+        placed = [placed[int(np.argmin(errors))]]
+    candidates += [(placed[0], value) for value in ridges]
+    if ridges:
+        errors += compare.errors(candidates[len(errors) :], 0.7 if errors else 0.0, 1.0)
     progress(stage, 1.0)
     taken = int(np.argmin(errors))
-    candidates += others
     trials = [
         Trial("field", f"{len(f.centres)} kernels, ridge {value:g}", error, MEASURE, i == taken)
         for i, ((f, value), error) in enumerate(zip(candidates, errors, strict=True))

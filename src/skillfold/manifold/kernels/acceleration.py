@@ -19,27 +19,26 @@ def mix(path_changes: Array, step_changes: Array, steps: Array) -> None:
     ΔQ, ΔF (m, n, D) tell how the path and its steps changed in the last m iterations: where each iteration
     leaves a share of the error, a few of them tell where all would end.
     """
-    m = len(step_changes)
+    m, size = len(step_changes), steps.size
+    flat, moved, changed = steps.reshape(size), path_changes.reshape(m, size), step_changes.reshape(m, size)
     gram, right = np.empty((m, m)), np.empty((m, 1))
     for a in range(m):
-        for b in range(m):
-            gram[a, b] = dot(step_changes[a], step_changes[b])
+        for b in range(a + 1):
+            gram[a, b] = gram[b, a] = dot(changed[a], changed[b])
         gram[a, a] *= 1.0 + ALIKE
-        right[a, 0] = dot(step_changes[a], steps)
+        right[a, 0] = dot(changed[a], flat)
     solve_in_place(gram, right)
     for a in range(m):
-        for i in range(len(steps)):
-            for c in range(steps.shape[1]):
-                steps[i, c] -= right[a, 0] * (path_changes[a, i, c] + step_changes[a, i, c])
+        for i in range(size):
+            flat[i] -= right[a, 0] * (moved[a, i] + changed[a, i])
 
 
 @inner
 def dot(a: Array, b: Array) -> float:
-    """Sum of the products of two arrays of one shape (n, D)."""
+    """Sum of the products of two vectors."""
     s = 0.0
-    for i in range(len(a)):
-        for c in range(a.shape[1]):
-            s += a[i, c] * b[i, c]
+    for i in range(a.size):
+        s += a[i] * b[i]
     return s
 
 

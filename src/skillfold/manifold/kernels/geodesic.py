@@ -8,11 +8,14 @@ from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, take
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
 from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
+from skillfold.manifold.kernels.tabled import field_at, surface_at
+from skillfold.tables import Indices
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 GROWN = 2000  # states that a first path may have
 COARSE = 13  # states of the path that is relaxed first, where many are asked
+ROUGH = 1e-4  # tolerance of that, in rms radii of the data: a curve through so few states is off by more
 MEMORY = 5  # iterations that the acceleration looks back on
 WORSE = 2.0  # times the last step: a larger one shows that what was learnt of the iteration no longer holds
 
@@ -208,13 +211,15 @@ def refine(coarse: Array, path: Array) -> None:
 
 @njit
 def solve_geodesic(
-    surface: Surface, field: Field, first: Array, step: float, path: Array, tolerance: float, cap: float, limit: int
+    t: Indices, first: Array, step: float, path: Array, tolerance: float, cap: float, limit: int
 ) -> tuple:
     """Relax a first path (m, D) into `path` (n, D); (iterations, last step).
 
     Of two states alone the path between them is grown; 0 iterations where they do not meet. Grown paths of many
-    states are relaxed with few of them first, which takes away most of the error at little cost.
+    states are relaxed with few of them first, which takes away most of the error at little cost. `t` is the table
+    of the model (see `tabled`), whose inner coordinates these are.
     """
+    surface, field = surface_at(t), field_at(t)
     scratch = make_scratch(surface, field, len(path))
     grow = len(first) == 2
     if grow:
@@ -226,7 +231,8 @@ def solve_geodesic(
     resample(first, now)
     share = 1.0
     while True:
-        iterations, moved, share = relax(surface, field, now, tolerance, cap, limit, share, scratch)
+        enough = tolerance if len(now) == len(path) else max(tolerance, ROUGH)
+        iterations, moved, share = relax(surface, field, now, enough, cap, limit, share, scratch)
         if len(now) == len(path):
             return iterations, moved
         refine(now, path)

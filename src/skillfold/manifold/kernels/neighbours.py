@@ -10,6 +10,8 @@ from skillfold.jit import inlined, inner
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
+ROUNDING = 1e-14  # relative: two sums of the same numbers may differ by so much
+
 
 @inlined
 def nearest_anchors(
@@ -26,7 +28,8 @@ def nearest_anchors(
 
     States that come one after the other lie side by side, and so do those of the last call and this one. By the
     triangle inequality nothing nearer can be missing where the farthest found and that anchor's own distance
-    together stay within its reach. Else all anchors are asked.
+    together stay within its reach. Else all anchors are asked, but those passed over at once that are farther than
+    all that were nearest before; `nearest` (n, m) must name m anchors for each state from the start.
     """
     last = nearest.shape[1] - 1
     for i in range(len(states)):
@@ -44,7 +47,17 @@ def nearest_anchors(
                 here = states[i, c]
                 for k in range(distances.size):
                     distances[k] += (here - points[c, k]) ** 2
-            smallest(distances, nearest[i], squares[i])
+            bound = min(farthest(distances, nearest[i]), farthest(distances, nearest[max(i - 1, 0)]))
+            smallest_within(distances, bound, nearest[i], squares[i])
+
+
+@inner
+def farthest(values: Array, indices: Indices) -> float:
+    """The largest of the values, 0 or more, at some indices."""
+    worst = 0.0
+    for j in range(indices.size):
+        worst = max(worst, float(values[indices[j]]))
+    return worst
 
 
 @inlined
@@ -77,9 +90,15 @@ def among(
 @inner
 def smallest(values: Array, indices: Indices, found: Array) -> None:
     """The smallest values, sorted, into `found`, and where they stand into `indices`."""
+    smallest_within(values, np.inf, indices, found)
+
+
+@inner
+def smallest_within(values: Array, bound: float, indices: Indices, found: Array) -> None:
+    """The same, where none of them is larger than `bound`."""
     m = indices.size
     found[:] = np.inf
-    worst = np.inf
+    worst = bound * (1.0 + ROUNDING)
     for i in range(values.size):
         if values[i] < worst:
             j = m - 1
@@ -89,4 +108,4 @@ def smallest(values: Array, indices: Indices, found: Array) -> None:
                 j -= 1
             found[j] = values[i]
             indices[j] = i
-            worst = found[m - 1]
+            worst = min(worst, found[m - 1])

@@ -114,8 +114,11 @@ def make_scratch(surface: Surface, field: Field, n: int) -> Scratch:
     D, M = surface.points.shape
     d = field.weights.shape[0]
     m = min(BLENDED, M - 1)
+    nearest = np.empty((n, m + 1), np.int64)
+    for j in range(m + 1):
+        nearest[:, j] = j
     return Scratch(
-        np.zeros((n, m + 1), np.int64),
+        nearest,
         np.empty((n, m + 1)),
         np.zeros((n, D)),
         np.zeros((n, d, D)),

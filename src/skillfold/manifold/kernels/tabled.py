@@ -1,0 +1,60 @@
+"""A model in a table (see `tables`): to hand over its arrays one by one takes as long as a query."""
+
+import numpy as np
+
+from skillfold.jit import inlined
+from skillfold.manifold.kernels.surface import Field, Surface
+from skillfold.tables import Array, Indices, Table, address, index_matrix, indices, matrix, reals_at, table_of, vector
+
+# Arrays of `Surface` and `Field`, those of three dimensions with the first two as one; and the way from states.
+POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
+CENTRES, WEIGHTS, PRECISION, CENTRE, KEPT, SCALE = range(10, 16)
+SLOTS = 16
+
+
+def tabled(surface: Surface, field: Field, centre: Array, kept: Array, scale: float) -> Table:
+    """The table of a model; its states x have inner coordinates (x − centre) kept / scale."""
+    rest = field.centres, field.weights, np.array([field.precision]), centre, kept, np.array([scale])
+    arrays = enumerate((*surface, *rest))
+    return table_of({slot: a.reshape(-1, a.shape[2]) if a.ndim == 3 else a for slot, a in arrays}, SLOTS)
+
+
+@inlined
+def encode(t: Indices, states: Array) -> Array:
+    """Inner coordinates (B, E) of states (B, D)."""
+    centre, kept, scale = vector(t, CENTRE), matrix(t, KEPT), vector(t, SCALE)[0]
+    inner = np.zeros((len(states), kept.shape[1]))
+    for i in range(len(states)):
+        for c in range(centre.size):
+            offset = (states[i, c] - centre[c]) / scale
+            for e in range(kept.shape[1]):
+                inner[i, e] += offset * kept[c, e]
+    return inner
+
+
+@inlined
+def surface_at(t: Indices) -> Surface:
+    """The surface of a table."""
+    points = matrix(t, POINTS)
+    (D, M), P = points.shape, matrix(t, BENDS).shape[1]
+    return Surface(
+        points,
+        matrix(t, ROWS),
+        reals_at(address(t, TANGENTS), (M, matrix(t, TANGENTS).shape[0] // M, D)),
+        reals_at(address(t, BENDS), (M, D, P)),
+        index_matrix(t, NEIGHBOURS),
+        vector(t, REACHES),
+        vector(t, RADII),
+        indices(t, PARENTS),
+        indices(t, FACTORS),
+        indices(t, DEGREES),
+    )
+
+
+@inlined
+def field_at(t: Indices) -> Field:
+    """The field of a table."""
+    centres, weights = matrix(t, CENTRES), matrix(t, WEIGHTS)
+    D, K = centres.shape
+    shape = (weights.shape[0] // D, D, K)
+    return Field(centres, vector(t, PRECISION)[0], reals_at(address(t, WEIGHTS), shape))

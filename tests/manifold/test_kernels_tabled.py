@@ -1,0 +1,44 @@
+"""A model in a table: the same numbers come out."""
+
+import numba
+import numpy as np
+import pytest
+
+from manifold.random_models import SHAPES, random_model
+from skillfold.manifold.kernels import tabled
+
+
+@numba.njit
+def copied(t):
+    surface, field = tabled.surface_at(t), tabled.field_at(t)
+    reals = surface.tangents.copy(), surface.bends.copy(), field.weights.copy(), surface.points.copy()
+    rest = surface.rows.copy(), surface.reaches.copy(), surface.radii.copy(), field.centres.copy()
+    whole = surface.neighbours.copy(), surface.parents.copy(), surface.factors.copy(), surface.degrees.copy()
+    return reals, rest, whole, field.precision
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_surface_at_and_field_at(shape):
+    model = random_model(3, *shape)
+    reals, rest, whole, precision = copied(model.table)
+    s, f = model.surface, model.field
+    expected = (s.tangents, s.bends, f.weights, s.points), (s.rows, s.reaches, s.radii, f.centres)
+    for found, given in zip((*reals, *rest), (*expected[0], *expected[1]), strict=True):
+        np.testing.assert_array_equal(found, given)
+    for found, given in zip(whole, (s.neighbours, s.parents, s.factors, s.degrees), strict=True):
+        np.testing.assert_array_equal(found, given)
+    assert precision == f.precision
+
+
+@numba.njit
+def encoded(t, states):
+    return tabled.encode(t, states)
+
+
+def test_encode():
+    """Of four coordinates three are modelled."""
+    rng = np.random.default_rng(5)
+    model = random_model(3, *SHAPES[2])
+    kept, centre, states = np.linalg.qr(rng.normal(size=(4, 3)))[0], rng.normal(size=4), rng.normal(size=(6, 4))
+    table = tabled.tabled(model.surface, model.field, centre, kept, 2.5)
+    np.testing.assert_allclose(encoded(table.entries, states), (states - centre) @ kept / 2.5, atol=1e-14)
