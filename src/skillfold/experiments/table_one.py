@@ -49,11 +49,20 @@ def table(settings: Settings, trials: int = TRIALS) -> tuple[Half, Half]:
     """Both systems; every trial counts."""
     rng = np.random.default_rng(settings.seed)
     settings.progress("Table I, three-link arm", 0.0)
-    task = three_link_task(settings, rng, trials)
-    first = Half(task, tuple(run(task, push, rng) for push in (0.0, PUSH)))
+    first = _half(settings, three_link_task(settings, rng, trials), (0.0, PUSH), rng, (0.05, 0.3))
     settings.progress("Table I, KUKA arm with a tray", 0.3)
-    task = kuka_task(settings, rng, trials)
-    return first, Half(task, tuple(run(task, push, rng) for push in (0.0, PUSH, LARGE_PUSH)))
+    return first, _half(settings, kuka_task(settings, rng, trials), (0.0, PUSH, LARGE_PUSH), rng, (0.35, 0.9))
+
+
+def _half(
+    settings: Settings, task: Task, pushes: tuple[float, ...], rng: np.random.Generator, shares: tuple[float, float]
+) -> Half:
+    runs = []
+    for index, push in enumerate(pushes):
+        words = f"pushed by {push:g} rad" if push else "left alone"
+        settings.progress(f"Table I, {task.name} {words}", shares[0] + np.ptp(shares) * index / len(pushes))
+        runs.append(run(task, push, rng))
+    return Half(task, tuple(runs))
 
 
 def three_link_task(settings: Settings, rng: np.random.Generator, trials: int = TRIALS) -> Task:

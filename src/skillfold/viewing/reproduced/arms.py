@@ -4,13 +4,42 @@ from pathlib import Path
 
 import numpy as np
 
-from skillfold.experiments import around_arm, around_shown, around_tray, table_one, tray_demo, tumblers
+from skillfold.experiments import (
+    around_arm,
+    around_shown,
+    around_tray,
+    reaching,
+    reaching_shown,
+    table_one,
+    tray_demo,
+    tumblers,
+)
 from skillfold.experiments.rows import Settings
-from skillfold.viewing import around_pictures, table_pictures, tray_pictures, tumbler_pictures
+from skillfold.viewing import around_pictures, reaching_pictures, table_pictures, tray_pictures, tumbler_pictures
 from skillfold.viewing.reproduced.result import Experiment, Picture, Result
 
 PAST, HARD = 40, 20  # cases past boxes
 COLUMNS = (1, 2)  # of the picture: so many with boxes, so many with walls
+
+
+def reach(settings: Settings, folder: Path) -> Result:
+    """Paths of the three-link arm against optimal poses, inside the data and beyond; random states brought back."""
+    rows = reaching.measure(settings, settings.few(10, 2), settings.few(50, 20))
+    settings.progress("drawing", 0.9)
+    shown = reaching_shown.run(settings)
+    files = reaching_pictures.draw(shown, folder)
+    return Result(
+        [*rows, *reaching_shown.rows(shown)],
+        [
+            Picture(
+                files[0], "figures 8 and 9", "What is learnt from a grid, paths inside it and beyond, errors, times."
+            ),
+            Picture(
+                files[1], "figure 10", "Samples, tangents at the kernels' centres, and geodesics in joint space."
+            ),
+            Picture(files[2], "figure 12", "Random states and their projections, from two sides."),
+        ],
+    )
 
 
 def patches(settings: Settings, folder: Path) -> Result:
@@ -51,6 +80,7 @@ def pushed(settings: Settings, folder: Path) -> Result:
 
 
 ARMS = {
+    "reaching": Experiment("Sections V-A and V-B: reaching, against optimal poses", "000", reach),
     "patches": Experiment("Section V-B3: geodesics around patches and walls", "000", patches),
     "table-one": Experiment("Sections V-C and VI: motions left alone and pushed (Table I)", "000", table),
     "boxes": Experiment("Section VI among obstacles: a tray past boxes", "000", boxes),
