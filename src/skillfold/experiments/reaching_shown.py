@@ -100,10 +100,10 @@ def run(settings: Settings, pairs: int = PAIRS, random: int = RANDOM) -> Shown:
     poses = optimal(grid(), REACHING)
     first = _learn(settings, REACHING, poses[rng.choice(len(poses), SAMPLES, replace=False)])
     second = _learn(settings, WEIGHTED_REACHING, optimal(upper_half_disc(SAMPLES, rng), WEIGHTED_REACHING))
-    found = [_plan(first, ends, pairs, rng) for ends in (inside_grid, outside_grid)]
+    inside, outside = (_plan(first, ends, pairs, rng) for ends in (inside_grid, outside_grid))
     geodesics = _plan(second, upper_half_disc, pairs, rng)
     states = rng.uniform(second.samples.min(axis=0), second.samples.max(axis=0), (random, 3))
-    return Shown(first, *found, second, geodesics, states, second.skill.project(states))
+    return Shown(first, inside, outside, second, geodesics, states, second.skill.project(states))
 
 
 def beyond(positions: Array) -> Array:

@@ -161,7 +161,8 @@ def _joints(made: Figure, told: Parts) -> None:
         ax.locator_params(axis="y", nbins=2)
         if joint < tray.JOINTS - 1:
             ax.set_xticklabels([])
-    ax.set_xlabel("time")
+        else:
+            ax.set_xlabel("time")
 
 
 def _handles() -> list[Line2D]:

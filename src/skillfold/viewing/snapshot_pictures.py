@@ -16,12 +16,12 @@ from skillfold.motion import Array
 from skillfold.viewing.style import INK, OFF, PLANS, bare, figure, save, style
 
 SHOTS = 5  # of a run
-VIEW: dict[str, Any] = {"toward": (0.1, 0.0, 0.55), "distance": 2.1, "azimuth": 180.0, "elevation": -16.0}
+VIEW: dict[str, Any] = {"toward": (0.1, 0.0, 0.55), "distance": 1.9, "azimuth": 180.0, "elevation": -16.0}
 PIXELS = (500, 400)
 LEGEND, LINE, HEADING = 0.5, 2.3, 0.36  # inches: below, of a run, of that for its title
 EVERY = 20  # of the steps of a run whose tool is drawn
 RED, YELLOW = (0.82, 0.29, 0.36, 1.0), (0.85, 0.52, 0.07, 1.0)
-RADIUS = 0.006  # m, of a way that is drawn
+RADIUS = 0.007  # m, of a way that is drawn
 FRAMES = ("base", "link2", "link3", "link4", "link5", "link6", "tool")
 
 
@@ -63,13 +63,11 @@ def snapshots(examples: Sequence[Example], shots: Sequence[Sequence[Any]]) -> Fi
 
 
 def rows_of(example: Example) -> list[int]:
-    """The steps that are drawn: even in time, the push's begin and end the second and the third."""
-    times, push = example.rollout.times, example.trial.push
-    if push is None:
-        return np.linspace(0, len(times) - 1, SHOTS).astype(int).tolist()
-    first, last = np.searchsorted(times, [push.time, min(push.end, times[-1])])
-    rest = np.linspace(last, len(times) - 1, SHOTS - 2).astype(int)
-    return [0, int(first), *rest.tolist()]
+    """The steps that are drawn: even along the tool's way."""
+    steps = np.linalg.norm(np.diff(example.rollout.tool_poses[:, :3], axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    rows = np.searchsorted(along, np.linspace(0.0, along[-1], SHOTS))
+    return np.minimum(rows, len(along) - 1).tolist()
 
 
 def _shots(example: Example) -> list[Any]:
