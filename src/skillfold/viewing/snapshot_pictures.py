@@ -16,7 +16,7 @@ from skillfold.motion import Array
 from skillfold.viewing.style import INK, OFF, PLANS, bare, figure, save, style
 
 SHOTS = 5  # of a run
-VIEW: dict[str, Any] = {"toward": (0.1, 0.0, 0.55), "distance": 1.9, "azimuth": 180.0, "elevation": -16.0}
+VIEW: dict[str, Any] = {"toward": (0.1, 0.0, 0.5), "distance": 1.9, "azimuth": 180.0, "elevation": -16.0}
 PIXELS = (500, 400)
 LEGEND, LINE, HEADING = 0.5, 2.3, 0.36  # inches: below, of a run, of that for its title
 EVERY = 20  # of the steps of a run whose tool is drawn

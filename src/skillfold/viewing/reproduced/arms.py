@@ -149,7 +149,8 @@ ARMS = {
             "stands beside it.",
             "The KUKA skill has the dimension 3 that its data have, where the paper sets 4 by hand; demonstrations "
             "are of one branch, elbow up, of the LWR4+, in a half ring before it.",
-            "The paper's gain of 16 % in the KUKA's J1 does not show: the manifold's is lower by a percent or two.",
+            "The paper's gain of 16 % in the KUKA's J1 does not show: the manifold's is lower, but by far less.",
+            "Where an end lies off what was learnt, the skill's motion starts or ends beside it; the note says so.",
             "After a push the arm is back on the manifold within a tenth of the motion's time and rests there; the "
             "paper does not say how fast. The note tells the figure for one slow motion back and on.",
         ),
