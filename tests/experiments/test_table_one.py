@@ -1,5 +1,6 @@
 """Table I on skills that are always right: what the protocol does to them, and to the naive planner."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -107,6 +108,17 @@ def test_failed_plans_are_counted_and_told():
     half = table_one.Half(task, tuple(pushed_motions.run(task, push, rng) for push in (0.0, 0.5)))
     assert [runs.failed for runs in half.runs] == [2, 4]
     assert "4 plans failed" in table_one.rows(half)[1].note
+
+
+def test_ends_that_a_skill_moves_are_told(half):
+    told = [row.note for row in table_one.rows(half)]
+    assert not any("moved" in note for note in told)
+    runs = half.runs[0]
+    motions = {**runs.motions, "manifold": runs.motions["manifold"].copy()}
+    motions["manifold"][1, 0] += 0.3 * np.eye(half.task.ends.shape[-1])[0]
+    moved = table_one.Half(half.task, (replace(runs, motions=motions), *half.runs[1:]))
+    note = table_one.rows(moved)[0].note
+    assert "ends of 1 lay off its surface and were moved, by 0.3 rad at most" in note
 
 
 def test_the_table_is_a_group_of_the_benchmark():

@@ -72,7 +72,7 @@ def test_past_a_box_that_moves_into_the_way(skill):
 
 
 def test_rows_stand_beside_their_targets(skill, monkeypatch):
-    monkeypatch.setattr(tumblers, "in_parallel", lambda function, cases: (function(*case) for case in cases))
+    monkeypatch.setattr(tumblers, "in_parallel", lambda function, cases, *_: (function(*case) for case in cases))
     monkeypatch.setattr(
         tumblers, "run", lambda method, skill, trial: Outcome(3, 0.1 + (method != "skill"), 0.01, 0, 0.0)
     )

@@ -56,14 +56,17 @@ def _scene(skill: Any, points: Array, reach: float, pairs: int, rng: np.random.G
     for start, goal in _ends(points, reach, rng):
         if len(around) == pairs:
             break
-        shortest = skill.plan(start, goal, obstacles=obstacles, method="geodesic")
-        plan = skill.plan(start, goal, obstacles=obstacles)
         taken = [end for path in around for end in path[[0, -1]]]
-        good = plan.success and around_arm.rmse(plan.path.states) < around_arm.OFF
-        if shortest.success or not good or not _alone(np.stack([start, goal]), taken):
+        # From the cheapest question to the dearest.
+        if not _alone(np.stack([start, goal]), taken):
             continue
-        through.append(shortest.path.states)
-        around.append(plan.path.states)
+        shortest = skill.plan(start, goal, obstacles=obstacles, method="geodesic")
+        if shortest.success:
+            continue
+        plan = skill.plan(start, goal, obstacles=obstacles)
+        if plan.success and around_arm.rmse(plan.path.states) < around_arm.OFF:
+            through.append(shortest.path.states)
+            around.append(plan.path.states)
     return Scene(skill, points, reach, through, around)
 
 

@@ -7,7 +7,7 @@ kinematics, not from what was learnt.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import perf_counter
+from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ POSES = (400, 100)  # demonstrated
 FINE = 0.005  # rad between the states that are judged
 LEVEL = 0.02  # rad: the most that a valid plan may tilt the tray; the demonstrations tilt it by .008
 WARM = 20  # plans that are not timed: the first compile
+Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Answer:
 
     Attributes:
         case, plan: what was asked and answered.
-        seconds: that it took.
+        seconds: that it took, by the clock that was asked for.
         clearance: smallest of its states, m.
         tilts: (n,) of the tray along it, rad.
         within: whether it keeps the joint limits.
@@ -90,13 +91,17 @@ def prepare(settings: Settings, past: int, hard: int) -> Task:
 
 def run(task: Task, settings: Settings) -> list[Run]:
     """Every case asked; the cases past boxes of both skills."""
-    settings.progress("past boxes: planning", 0.6)
     many, few = (task.skills[count] for count in POSES)
-    return [
-        Run(f"past boxes, {POSES[0]} poses", 0.99, many, ask(many, task.past)),
-        Run(f"past boxes, {POSES[1]} poses", 0.95, few, ask(few, task.past)),
-        Run(f"past walls and boxes, {POSES[0]} poses", 0.97, many, ask(many, task.hard)),
+    asked = [
+        (f"past boxes, {POSES[0]} poses", 0.99, many, task.past),
+        (f"past boxes, {POSES[1]} poses", 0.95, few, task.past),
+        (f"past walls and boxes, {POSES[0]} poses", 0.97, many, task.hard),
     ]
+    runs = []
+    for index, (name, target, skill, cases) in enumerate(asked):
+        settings.progress(f"planning {name}", 0.6 + 0.1 * index)
+        runs.append(Run(name, target, skill, ask(skill, cases)))
+    return runs
 
 
 def ask(skill: Any, cases: Sequence[SceneCase]) -> list[Answer]:
@@ -106,12 +111,12 @@ def ask(skill: Any, cases: Sequence[SceneCase]) -> list[Answer]:
     return [answer(skill, case) for case in cases]
 
 
-def answer(skill: Any, case: SceneCase) -> Answer:
-    """A plan, timed, and what is true of it."""
+def answer(skill: Any, case: SceneCase, clock: Clock = thread_time) -> Answer:
+    """A plan, timed, and what is true of it; the clock of the thread stands still while others use its core."""
     obstacles = tray.arm().obstacles(case.scene)
-    begun = perf_counter()
+    begun = clock()
     plan = skill.plan(case.start, case.goal, obstacles=obstacles)
-    seconds = perf_counter() - begun
+    seconds = clock() - begun
     return Answer(case, plan, seconds, *judge(case, plan.path.states))
 
 
@@ -158,8 +163,8 @@ def _time_rows(runs: Sequence[Run]) -> list[Row]:
     whole = [np.array([answer.seconds for answer in run.answers]) for run in runs]
     first = [np.array([_first(answer) for answer in run.answers if answer.plan.success]) for run in runs]
     return [
-        *_median_and_p95("LWR4 tray plan around obstacles", whole, runs, (25.0, 50.0)),
-        *_median_and_p95("LWR4 tray first valid path", first, runs, (6.0, 10.0)),
+        *_median_and_p95("LWR4 tray plan around obstacles", whole, runs, (25.0, 50.0), "by the clock of its thread"),
+        *_median_and_p95("LWR4 tray first valid path", first, runs, (6.0, 10.0), "by the clock on the wall"),
     ]
 
 
@@ -167,12 +172,14 @@ def _first(answer: Answer) -> float:
     return float(answer.plan.stats["seconds_to_first"])
 
 
-def _median_and_p95(name: str, seconds: list[Array], runs: Sequence[Run], targets: tuple[float, float]) -> list[Row]:
+def _median_and_p95(
+    name: str, seconds: list[Array], runs: Sequence[Run], targets: tuple[float, float], clock: str
+) -> list[Row]:
     found = []
     for words, measure, target in (("median", np.median, targets[0]), ("p95", _p95, targets[1])):
         each = ", ".join(f"{run.name} {1e3 * measure(times):.3g}" for run, times in zip(runs, seconds, strict=True))
         value = 1e3 * float(measure(np.concatenate(seconds)))
-        found.append(Row(f"{name}, {words}", value, "ms", target, "<", "", each))
+        found.append(Row(f"{name}, {words}", value, "ms", target, "<", "", f"{each}; {clock}"))
     return found
 
 

@@ -7,13 +7,14 @@ the manifold. With gains as high as these tumblers stand on the naive arm too, a
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from skillfold.experiments.parallel import in_parallel
-from skillfold.experiments.rows import Row, Settings
+from skillfold.experiments.rows import Progress, Row, Settings
 from skillfold.experiments.tumbler_boxes import JUMP, Passing, passing
 from skillfold.experiments.tumbler_runs import (
     BODIES,
@@ -41,30 +42,44 @@ def measure(settings: Settings, runs: int = RUNS) -> list[Row]:
     rng = np.random.default_rng([settings.seed, 6])
     settings.progress("tumblers: learning", 0.0)
     skill = skill_of(settings, rng)
-    settings.progress("tumblers left alone", 0.1)
-    found = [_alone_row(compared(skill, trials(skill, runs, rng), METHODS[:2]))]
+    told = partial(_Told, settings.progress)
+    alone = told("tumblers left alone", (0.05, 0.15))
+    found = [_alone_row(compared(skill, trials(skill, runs, rng), METHODS[:2], alone))]
     for index, (kind, body) in enumerate((kind, body) for kind in KINDS for body in BODIES):
-        settings.progress(f"tumblers, {kind} pushes on the {body}", 0.15 + 0.17 * index)
-        found += _pushed_rows(kind, body, compared(skill, trials(skill, runs, rng, body, kind)))
-    settings.progress("tumblers past boxes that move", 0.83)
-    return [*found, *_passing_rows(passed(skill, runs, rng))]
+        pushed = told(f"tumblers, {kind} pushes on the {body}", (0.15 + 0.15 * index, 0.3 + 0.15 * index))
+        found += _pushed_rows(kind, body, compared(skill, trials(skill, runs, rng, body, kind), METHODS, pushed))
+    return [*found, *_passing_rows(passed(skill, runs, rng, told("tumblers past boxes that move", (0.75, 0.95))))]
 
 
-def compared(skill: Any, asked: Sequence[Trial], methods: Sequence[str] = METHODS) -> Outcomes:
+@dataclass(frozen=True)
+class _Told:
+    """Who is told how far the work is, in which words, between which shares of all."""
+
+    progress: Progress
+    label: str = ""
+    between: tuple[float, float] = (0.0, 1.0)
+
+
+_NOBODY = _Told(lambda label, share: None)
+
+
+def compared(skill: Any, asked: Sequence[Trial], methods: Sequence[str] = METHODS, told: _Told = _NOBODY) -> Outcomes:
     """Outcomes of the same trials by method."""
     cases = [(method, skill, trial) for method in methods for trial in asked]
-    outcomes = list(in_parallel(run, cases))
+    outcomes = list(in_parallel(run, cases, told.progress, told.label, told.between))
     return {method: outcomes[i * len(asked) : (i + 1) * len(asked)] for i, method in enumerate(methods)}
 
 
-def passed(skill: Any, count: int, rng: np.random.Generator) -> list[Passing]:
+def passed(skill: Any, count: int, rng: np.random.Generator, told: _Told = _NOBODY) -> list[Passing]:
     """Runs past boxes, a fresh case each."""
-    return list(in_parallel(partial(passing, skill), [(int(seed),) for seed in rng.integers(2**31, size=count)]))
+    cases = [(int(seed),) for seed in rng.integers(2**31, size=count)]
+    return list(in_parallel(partial(passing, skill), cases, told.progress, told.label, told.between))
 
 
 def _alone_row(found: Outcomes) -> Row:
     everyone = [outcome for outcomes in found.values() for outcome in outcomes]
-    note = f"skill and naive; peak tilt, median: skill {_tilt(found['skill']):.4f}, naive {_tilt(found['naive']):.4f}"
+    tilts = ", ".join(f"{name} {_tilt(found[name]):.4f}" for name in ("skill", "naive"))
+    note = f"{len(everyone)} runs, skill and naive; peak tilt, median: {tilts}"
     return Row("not pushed: runs with all three standing", _stood(everyone), "share", 1.0, ">=", "", note)
 
 

@@ -54,17 +54,32 @@ class Mark:
     shapes: Array | None = None
 
 
-def pictures(world: World, times: Array, states: Array, tumblers: Array) -> Iterator[Any]:
+def pictures(
+    world: World,
+    times: Array,
+    states: Array,
+    tumblers: Array,
+    view: View | None = None,
+    marks: Sequence[Sequence[Mark]] = (),
+) -> Iterator[Any]:
     """A picture (height, width, 3), uint8, for each of the times (n,), states (n, D), tumblers' poses (n, k, 7).
+
+    Args:
+        world: with the robot.
+        times, states, tumblers: of the pictures.
+        view: where from; left out, from the side, far enough to see the whole motion of the tool.
+        marks: of each picture, what is drawn besides.
 
     Raises:
         RobotError: no way to draw off the screen.
     """
-    with _renderer(world.model, WIDTH, HEIGHT) as renderer:
-        camera = _camera(world, states)
-        for time, q, poses in zip(times, states, tumblers, strict=True):
+    with _renderer(world.model, *(view.size if view else (WIDTH, HEIGHT))) as renderer:
+        camera = _placed(view) if view else _camera(world, states)
+        for index, (time, q, poses) in enumerate(zip(times, states, tumblers, strict=True)):
             world.show(float(time), q, poses)
             renderer.update_scene(world.data, camera)
+            for mark in marks[index] if marks else ():
+                _draw(renderer.scene, mark)
             yield renderer.render().copy()
 
 

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 
 from skillfold.experiments.demo import Chapter
 from skillfold.experiments.reaching import GRID_SHAPE, grid
-from skillfold.experiments.three_link import LINK, REACHING, forward, optimal
+from skillfold.experiments.three_link import LINK, REACHING, WEIGHTED_REACHING, forward, optimal
 from skillfold.motion import Array
 from skillfold.viewing import plots
 from skillfold.viewing.style import FAINT, INK, OFF, ON, PLANS, SURFACE, bare
@@ -16,6 +16,7 @@ from skillfold.viewing.style import FAINT, INK, OFF, ON, PLANS, SURFACE, bare
 SHOWN = 4  # paths
 POSES = 7  # of each path
 FACING, ALONG = (20.0, -86.0), (14.0, -128.0)  # degrees: views of the surface
+RINGS, SPOKES = (0.05, 0.95, 25), (0.02, np.pi - 0.02, 64)  # m and rad: where the surface of section V-B is drawn
 ROOM = 0.08  # around the surface, of its extent
 
 
@@ -24,8 +25,17 @@ def sheet(skill: Any) -> Array:
     return skill.project(optimal(grid(), REACHING)).reshape(*GRID_SHAPE, 3)
 
 
-def joint_space(ax: Any, surface: Array, view: tuple[float, float] = FACING, labels: bool = True) -> None:
-    """Axes of joint space with the learnt surface in it, seen from `view`."""
+def half_disc() -> Array:
+    """Optimal poses of section V-B over a half ring of tool positions, (m, n, 3)."""
+    rings, spokes = np.meshgrid(np.linspace(*RINGS), np.linspace(*SPOKES), indexing="ij")
+    places = np.stack([rings * np.cos(spokes), rings * np.sin(spokes)], axis=-1)
+    return optimal(places.reshape(-1, 2), WEIGHTED_REACHING).reshape(*rings.shape, 3)
+
+
+def joint_space(
+    ax: Any, surface: Array, view: tuple[float, float] = FACING, labels: bool = True, zoom: float | None = None
+) -> None:
+    """Axes of joint space with a surface (m, n, 3) in it, seen from `view`; closer with a larger `zoom`."""
     ax.computed_zorder = False
     plots.surface(ax, surface, SURFACE)
     ax.set_proj_type("ortho")
@@ -33,7 +43,7 @@ def joint_space(ax: Any, surface: Array, view: tuple[float, float] = FACING, lab
     room = ROOM * np.ptp(flat, axis=0)
     low, high = flat.min(axis=0) - room, flat.max(axis=0) + room
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    ax.set_box_aspect(high - low, zoom=1.1 if labels else 1.2)
+    ax.set_box_aspect(high - low, zoom=zoom or (1.1 if labels else 1.2))
     ax.view_init(*view)
     for axis, name in zip((ax.xaxis, ax.yaxis, ax.zaxis), ("q₁", "q₂", "q₃"), strict=True):
         _joint_axis(axis, f"{name}, rad" if labels else "")

@@ -8,13 +8,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from skillfold.experiments.around_shown import Scene
-from skillfold.experiments.three_link import WEIGHTED_REACHING, forward, optimal
-from skillfold.motion import Array
+from skillfold.experiments.three_link import forward
 from skillfold.viewing import plots
-from skillfold.viewing.arm_pictures import joint_space
+from skillfold.viewing.arm_pictures import half_disc, joint_space
 from skillfold.viewing.style import FAINT, INK, OFF, ON, bare, figure, save, style
 
-RINGS, SPOKES = (0.36, 0.95, 17), (0.02, np.pi - 0.02, 64)  # m and rad: where the surface is drawn
 VIEW = (24.0, -62.0)  # degrees
 TITLES = ("around patches", "through the gap of a wall")
 
@@ -30,23 +28,16 @@ def draw(scenes: tuple[Scene, Scene], path: Path) -> Path:
 
 
 def around(patches: Scene, wall: Scene) -> Figure:
-    """Joint space with the learnt surface for each scene; the plane of the tool as an inset."""
-    made = figure(12.0, 6.0)
+    """Joint space with the optimal poses as a surface for each scene; the plane of the tool as an inset."""
+    made = figure(12.0, 6.8)
     for left, scene, title in zip((0.0, 0.5), (patches, wall), TITLES, strict=True):
-        joints = made.add_axes((left, 0.07, 0.5, 0.86), projection="3d")
-        joint_space(joints, sheet(scene.skill), VIEW)
+        joints = made.add_axes((left - 0.02, 0.055, 0.51, 0.78), projection="3d")
+        joint_space(joints, half_disc(), VIEW, zoom=1.06)
         _paths(joints, scene, lambda states: states)
-        _plane(made.add_axes((left + 0.29, 0.7, 0.2, 0.27)), scene)
+        _plane(made.add_axes((left + 0.27, 0.735, 0.21, 0.25)), scene)
         made.text(left + 0.02, 0.945, title, fontweight="bold", fontsize=10.5)
     made.legend(handles=_handles(), loc="lower center", ncols=4)
     return made
-
-
-def sheet(skill: Any) -> Array:
-    """The learnt surface over a half ring of tool positions, (m, n, 3)."""
-    rings, spokes = np.meshgrid(np.linspace(*RINGS), np.linspace(*SPOKES), indexing="ij")
-    places = np.stack([rings * np.cos(spokes), rings * np.sin(spokes)], axis=-1)
-    return skill.project(optimal(places.reshape(-1, 2), WEIGHTED_REACHING)).reshape(*rings.shape, 3)
 
 
 def _plane(ax: Any, scene: Scene) -> None:

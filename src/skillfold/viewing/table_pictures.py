@@ -1,4 +1,4 @@
-"""Table I of paper 000 in one picture: a pushed motion, the tray's tilt, the excess cost, and the figures."""
+"""Table I of paper 000 in one picture: the tray's tilt, the excess cost, and the figures."""
 
 from pathlib import Path
 from typing import Any
@@ -7,15 +7,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from skillfold.experiments import three_link, tray
+from skillfold.experiments import tray
 from skillfold.experiments.pushed_motions import PUSHED_AT, STEPS
 from skillfold.experiments.table_one import PAPER, Half
 from skillfold.motion import Array
-from skillfold.viewing.style import FAINT, INK, OFF, ON, SOFT, figure, save, style
+from skillfold.viewing.style import INK, OFF, ON, SOFT, figure, save, style
 
 COLORS = {"naive": OFF, "manifold": ON}
 HEADS = ("", "method", "not pushed", "paper", "pushed", "paper")
-COLUMNS = (0.0, 0.105, 0.225, 0.415, 0.615, 0.805)
+COLUMNS = (0.0, 0.12, 0.25, 0.44, 0.66, 0.84)
 
 
 def draw(halves: tuple[Half, Half], path: Path) -> Path:
@@ -29,59 +29,22 @@ def draw(halves: tuple[Half, Half], path: Path) -> Path:
 
 
 def table_one(arm: Half, kuka: Half) -> Figure:
-    """Above a pushed motion of the three-link arm and the tray's tilt, below the excess cost and the table."""
-    made = figure(12.0, 7.6)
-    places = {"motion": (0.02, 0.5, 0.44, 0.43), "tilt": (0.55, 0.55, 0.43, 0.37), "excess": (0.07, 0.09, 0.38, 0.32)}
+    """Above the tray's tilt and the excess cost, below the table."""
+    made = figure(12.0, 7.4)
+    places = {"tilt": (0.065, 0.575, 0.41, 0.345), "excess": (0.565, 0.575, 0.41, 0.345)}
     axes = {name: made.add_axes(place) for name, place in places.items()}
-    _motion(axes["motion"], arm)
     _tilts(axes["tilt"], kuka)
     _excess(axes["excess"], (arm, kuka))
-    _table(made.add_axes((0.5, 0.04, 0.49, 0.38)), (arm, kuka))
+    _table(made.add_axes((0.025, 0.02, 0.96, 0.40)), (arm, kuka))
+    pushes = " and ".join(f"{half.task.name} pushed by {half.runs[-1].push:g} rad" for half in (arm, kuka))
     titles = {
-        (0.02, 0.955): "three-link arm: one motion, pushed by 0.5 rad",
-        (0.52, 0.955): f"KUKA arm: tilt of the tray, pushed by {kuka.runs[-1].push:g} rad",
-        (0.02, 0.445): "excess over the optimum, pushed by 0.5 rad",
-        (0.5, 0.445): "mean true cost ± standard deviation",
+        (0.025, 0.95): f"KUKA arm: tilt of the tray, pushed by {kuka.runs[-1].push:g} rad",
+        (0.525, 0.95): f"excess over the optimum, pushed by {arm.runs[1].push:g} rad",
+        (0.025, 0.435): f"mean true cost ± standard deviation, {len(arm.task.ends)} motions; {pushes}",
     }
     for place, title in titles.items():
         made.text(*place, title, fontweight="bold", fontsize=10.5)
     return made
-
-
-def _motion(ax: Any, half: Half) -> None:
-    """The way of the tool in a typical trial."""
-    alone, pushed = half.runs[:2]
-    trial = _typical(half)
-    turn = np.linspace(0.0, np.pi, 200)
-    ax.plot(np.cos(turn), np.sin(turn), color=FAINT, linewidth=1.0)
-    ax.plot([-1, 1], [0, 0], color=FAINT, linewidth=1.0)
-    _way(ax, alone.motions["manifold"][trial], SOFT, linestyle="--")
-    first = int(np.ceil(PUSHED_AT * (STEPS - 1)))
-    for method, color in COLORS.items():
-        _way(ax, pushed.motions[method][trial, first:], color)
-    _way(ax, pushed.motions["manifold"][trial, :first], INK)
-    for state, marker in ((pushed.motions["manifold"][trial, first], "*"), (half.task.ends[trial, 1], "o")):
-        ax.plot(*three_link.forward(state), marker=marker, color=INK, markersize=9.0 if marker == "*" else 5.0)
-    ax.set_aspect("equal")
-    ax.set_axis_off()
-    lines: list[tuple[str, Any, str]] = [
-        (INK, "-", "before the push (star)"),
-        (ON, "-", "back to the manifold and on"),
-    ]
-    lines += [(OFF, "-", "naive quintic"), (SOFT, "--", "as it was planned")]
-    handles = [Line2D([], [], color=color, linestyle=dash, label=label) for color, dash, label in lines]
-    ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, -0.17), ncols=2)
-
-
-def _typical(half: Half) -> int:
-    """Of the longer half of all trials, the one with the median excess of the naive planner."""
-    long = np.argsort(np.linalg.norm(np.diff(half.task.ends, axis=1)[:, 0], axis=1))[len(half.task.ends) // 2 :]
-    means = np.nanmean(half.runs[1].excess["naive"][long], axis=1)
-    return int(long[np.argsort(means)[len(long) // 2]])
-
-
-def _way(ax: Any, states: Array, color: str, **options: Any) -> None:
-    ax.plot(*three_link.forward(states).T, color=color, linewidth=1.8, **options)
 
 
 def _tilts(ax: Any, half: Half) -> None:
@@ -129,7 +92,7 @@ def _table(ax: Any, halves: tuple[Half, Half]) -> None:
             texts += [_figures(cost), PAPER[half.task.name, name, int(runs.push > 0)][method == "manifold"]]
         for i, (column, text) in enumerate(zip(COLUMNS, texts, strict=True)):
             color = SOFT if i in (3, 5) else COLORS[method] if i else INK
-            ax.text(column, height, text.replace(" ± ", "±"), color=color, fontsize=8.0)
+            ax.text(column, height, text, color=color, fontsize=9.5)
 
 
 def _figures(cost: Array) -> str:

@@ -35,14 +35,15 @@ def draw(skill: Any, answers: Sequence[Answer], path: Path) -> Path:
 def past_boxes(skill: Any, answers: Sequence[Answer]) -> Figure:
     """A column for each answer: the two views, and below them the tray's tilt along the plan."""
     columns = len(answers)
-    made = figure(3.6 * columns, 9.0)
+    made = figure(4.0 * columns, 9.0)
     axes = made.subplots(3, columns, squeeze=False, height_ratios=(1.4, 0.9, 0.45))
-    made.subplots_adjust(left=0.07, right=0.98, bottom=0.1, top=0.95, hspace=0.12, wspace=0.12)
+    made.subplots_adjust(left=0.07, right=0.98, bottom=0.1, top=0.98, hspace=0.12, wspace=0.12)
     for column, answer in zip(axes.T, answers, strict=True):
         shortest = skill.plan(answer.case.start, answer.case.goal, route="geodesic").path.states
         for ax, (title, seen) in zip(column, VIEWS.items(), strict=False):
             _view(ax, answer, shortest, list(seen))
-            ax.set_title(title)
+            place = ax.get_position(original=True)
+            made.text(place.x0, place.y1 - 0.005, title, fontsize=10.5, va="top")
         _tilt(column[2], answer)
     axes[2, 0].set_ylabel("tilt, mrad")
     made.legend(handles=_handles(), loc="lower center", ncols=4)
