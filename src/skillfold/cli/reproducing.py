@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from skillfold.viewing.reproduced.running import UnderWay
 
 NAMES = (
-    "Some of patches (section V-B3), table-one (V-C and VI), boxes and tumblers (VI, among obstacles and pushed), "
-    "nao-balance and nao-stepping (VII), pick-place (VIII); of keyframes: envelopes (figures 2 and 3), keyframes "
+    "Some of reaching (sections V-A to V-C), patches (V-B3), table-one (V-C and VI), boxes and tumblers (VI, among "
+    "obstacles and pushed), nao-balance and nao-stepping (VII), pick-place (VIII); of keyframes: envelopes (figures 2 and 3), keyframes "
     "(5 to 8) and keyframe-cost (9)."
 )
 OUT = (
