@@ -23,7 +23,7 @@ from skillfold.motion import Array
 
 LOWER, UPPER = np.array([-0.20, -0.20, 0.0]), np.array([0.20, -0.05, 0.15])  # m: Equation 24
 REPEATS = 5  # of a call that is timed
-DRAWN, FEWEST = 4, 40  # foot positions at a time: so many for each pose that is missing, one in five is in reach
+DRAWN, FEWEST = 4, 20  # foot positions at a time: so many for each pose that is missing, one in five is in reach
 FEW_POINTS = 10  # states of a geodesic that is to be had sooner: as many as the paper's demonstrations have
 
 T = TypeVar("T")
@@ -39,7 +39,7 @@ class Counts:
     @classmethod
     def of(cls, settings: Settings) -> "Counts":
         """All, or few for a first look."""
-        return cls((200,), 8) if settings.quick else cls()
+        return cls((200,), 10) if settings.quick else cls()
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Balance of section VII-C by one who knows the floor: states led out of it, geodesics planned around it.
 
 Neither the demonstrations nor the projection know of a floor. The skill is learnt down to it: a projected foot may
-end a few millimetres below, and a geodesic may dip through it. The library is told of it as of any other obstacle, and
-of the robot's own parts and limits besides. A state that is not clear is moved along the manifold, up the clearance's
-gradient, until it is; plans are asked with the same obstacles.
+end a few millimetres below, and a geodesic may dip through it. The library is told of it as of any other obstacle,
+and of the robot's own parts and limits besides. A state that is not clear is moved along the manifold, up the
+clearance's gradient, until it is; plans are asked with the same obstacles.
 """
 
 from dataclasses import dataclass
