@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from joblib import parallel_config
 
 from skillfold.errors import SkillfoldError
 from skillfold.experiments import nao_around, nao_stepping, nao_steps, nao_walk
@@ -29,6 +30,13 @@ class Straight:
         places = np.linspace(0, len(corners) - 1, 31)
         states = np.stack([np.interp(places, np.arange(len(corners)), column) for column in corners.T], axis=1)
         return SimpleNamespace(path=SimpleNamespace(states=states), success=True)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def in_one_process():
+    """What starts others takes longer than so few trials."""
+    with parallel_config(backend="sequential"):
+        yield
 
 
 @pytest.fixture(scope="module")

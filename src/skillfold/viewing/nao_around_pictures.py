@@ -38,10 +38,9 @@ def draw(answers: Sequence[Answer], folder: Path) -> tuple[Path, Path | None]:
 
 
 def mixed(answers: Sequence[Answer]) -> list[Answer]:
-    """Balls first, then edges, those that succeeded before others."""
-    ordered = sorted(answers, key=lambda answer: not answer.clear)
-    balls = [answer for answer in ordered if isinstance(answer.case.obstacle, Sphere)]
-    edges = [answer for answer in ordered if not isinstance(answer.case.obstacle, Sphere)]
+    """The first balls, then the first edges, as they were drawn."""
+    balls = [answer for answer in answers if isinstance(answer.case.obstacle, Sphere)]
+    edges = [answer for answer in answers if not isinstance(answer.case.obstacle, Sphere)]
     return [*balls[:SHOWN], *edges[:SHOWN]]
 
 
@@ -118,9 +117,8 @@ def stumbling(answers: Sequence[Answer]) -> tuple[list[Any], list[Any]]:
 def snapshots(plain: Sequence[Any], planned: Sequence[Any]) -> Figure:
     """Figures 23 and 24: above, the foot goes through what stands there; below, over it."""
     made = figure(12.0, 4.75)
-    for row, (found, title) in enumerate(
-        ((plain, "the plain geodesic hits"), (planned, "planned around, it clears"))
-    ):
+    titles = "the plain geodesic goes through what stands there", "the way planned around it"
+    for row, (found, title) in enumerate(zip((plain, planned), titles, strict=True)):
         foot = 0.5 * (1 - row)
         for i, shot in enumerate(found):
             ax = made.add_axes((i / len(found) + 0.002, foot + 0.005, 1 / len(found) - 0.004, 0.42))

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from skillfold.experiments.nao_balance import LOWER, UPPER, Table
+from skillfold.experiments.nao_balance import Table
 from skillfold.experiments.nao_poses import Optimiser
 from skillfold.experiments.nao_stability import Verdict
 from skillfold.viewing import nao_bodies as bodies
@@ -95,16 +95,14 @@ def motion(found: Sequence[Any], titles: Sequence[str]) -> Figure:
     """Figure 27: the geodesics through the projected poses of the picture before."""
     columns = 10 if len(found) >= 10 else max(len(found), 1)
     rows = -(-len(found) // columns)
-    made = figure(12.0, 0.45 + 1.66 * rows)
-    high = 1.66 / (0.45 + 1.66 * rows)
+    whole = 0.45 + 1.66 * rows
+    made, high = figure(12.0, whole), 1.66 / whole
     axes = []
     for i in range(len(found)):
         left, foot = (i % columns) / columns, high * (rows - 1 - i // columns)
         axes.append(made.add_axes((left + 0.002, foot, 1.0 / columns - 0.004, 0.86 * high)))
     bodies.panels(axes, found, titles)
-    made.text(
-        0.005, 1.0 - 0.28 / (0.45 + 1.66 * rows), "the motion through these poses, geodesic by geodesic", **BOLD
-    )
+    made.text(0.005, 1.0 - 0.28 / whole, "the motion through these poses, geodesic by geodesic", **BOLD)
     return made
 
 

@@ -5,12 +5,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from skillfold.experiments.nao_stepping import Stepping, Trial
-from skillfold.experiments.nao_steps import Skills, Stepper, other_side
+from skillfold.experiments.nao_steps import Stepper, other_side
 from skillfold.experiments.nao_walk import Walk
 from skillfold.manifold.graph import build_graph
 from skillfold.motion import Array
@@ -23,6 +25,8 @@ NEW = 10  # swings of each leg
 PAPER_SECONDS, PAPER_ERROR = (45.0, 1.5), 0.1  # section VII-A3 and VII-B2: optimisation and geodesic; RMSE
 LEFT, RIGHT = PLANS[3], PLANS[2]  # feet
 VIEWS = 6  # snapshots of the walk
+DARK = "#06302e"
+TIME = LinearSegmentedColormap.from_list("time", ["#9fd8d2", ON, DARK])  # of the torso's way
 BOX = (3.0, 1.8, 1.7)  # edges of space, in which a step is narrow
 
 
@@ -44,21 +48,22 @@ def draw(stepping: Stepping, folder: Path) -> tuple[Path, Path, Path, Path]:
 
 def graphs(stepping: Stepping) -> Figure:
     """Figure 18: the neighbourhood graph of each swing leg's samples where the foot is; inset, the swings shown."""
-    made = figure(12.0, 4.9)
+    made = figure(12.0, 5.6)
     for column, (side, skills) in enumerate(stepping.skills.items()):
         optimiser = Stepper(side).optimiser
         samples = np.concatenate([example.swing for example in skills.examples])
         places = bodies.foot(optimiser, samples)
         edges = build_graph(samples, NEIGHBORS).edges
-        ax = made.add_axes((0.5 * column - 0.02, -0.1, 0.52, 1.04), projection="3d")
+        ax = made.add_axes((0.5 * column - 0.02, -0.12, 0.52, 0.95), projection="3d")
         ax.add_collection3d(Line3DCollection(places[edges].tolist(), colors=TUNNEL, linewidths=0.35, alpha=0.35))
         ax.plot(*places.T, linestyle="none", marker="o", markersize=2.2, color=INK, mew=0.0)
         bodies.space(ax, BOX)
         title = f"{other_side(side)} foot swings: {len(samples)} samples, {len(edges)} edges"
         made.text(0.5 * column + 0.03, 0.93, title, **BOLD)
-        inset = made.add_axes((0.5 * column + 0.3, 0.62, 0.2, 0.36), projection="3d")
+        inset = made.add_axes((0.5 * column + 0.32, 0.68, 0.18, 0.32), projection="3d")
         for example in skills.examples:
             inset.plot(*bodies.foot(optimiser, example.swing).T, color=SOFT, linewidth=0.7)
+        inset.patch.set_alpha(0.0)
         bodies.space(inset, BOX)
         _nameless(inset)
     return made
@@ -158,18 +163,15 @@ def walked(walk: Walk, found: Sequence[Any], titles: Sequence[str]) -> Figure:
     plan = min(10.6 * float(extent[1] / extent[0]), 4.2)
     whole = high + plan + 1.35
     made = figure(12.0, whole)
-    axes = [
-        made.add_axes(
-            (i / len(found) + 0.003, 1.0 - (0.35 + high) / whole, 1 / len(found) - 0.006, (high - 0.3) / whole)
-        )
-        for i in range(len(found))
-    ]
+    foot, tall = 1.0 - (0.35 + high) / whole, (high - 0.3) / whole
+    width = 1.0 / max(len(found), 1)
+    axes = [made.add_axes((width * i + 0.003, foot, width - 0.006, tall)) for i in range(len(found))]
     bodies.panels(axes, found, titles)
     ax = made.add_axes((0.06, 0.55 / whole, 0.92, plan / whole))
     _feet(ax, walk)
     up = "stays up" if walk.up else "falls"
     made.text(0.008, 1.0 - 0.22 / whole, f"a walk of {len(walk.steps)} random steps, which {up}", **BOLD)
-    names = ((LEFT, "left foot"), (RIGHT, "right foot"), (ON, "torso in dynamics"))
+    names = ((LEFT, "left foot"), (RIGHT, "right foot"), (ON, "torso in dynamics, darker with time"))
     handles = [Line2D([], [], color=color, linewidth=2.0, label=name) for color, name in names]
     made.legend(handles=handles, loc="upper right", ncols=3, bbox_to_anchor=(0.995, (plan + 0.98) / whole))
     return made
@@ -184,6 +186,12 @@ def _feet(ax: Any, walk: Walk) -> None:
         color = LEFT if left else RIGHT
         ax.fill(*outline.T, facecolor=(color, 0.1), edgecolor=color, linewidth=1.3)
         ax.text(place[0] + 0.062, place[1], str(index), color=color, ha="center", va="center", fontsize=9.0)
-    ax.plot(*walk.bases[:, :2].T, color=ON, linewidth=1.8)
+    way = walk.bases[::5, :2]
+    pieces = np.stack([way[:-1], way[1:]], axis=1)
+    times = LineCollection(pieces.tolist(), cmap=TIME, array=np.linspace(0.0, 1.0, len(pieces)), linewidths=2.0)
+    times.set_capstyle("round")
+    ax.add_collection(times)
+    ax.plot(*way[0], marker="o", markersize=6.0, color=ON, markerfacecolor="white", zorder=6)
+    ax.plot(*way[-1], marker="o", markersize=5.0, color=DARK, zorder=6)
     ax.set_aspect("equal")
     ax.set(xlabel="x, m", ylabel="y, m")

@@ -51,10 +51,11 @@ NAO = {
         balance,
         (
             "No robot: stable is what both judges call stable, the centre of mass over the sole and two seconds of "
-            "servos in MuJoCo's dynamics. Poses in which parts of the robot overlap are judged like others and counted.",
+            "servos in MuJoCo's dynamics. Poses in which parts of the robot overlap are judged like all others, and "
+            "counted.",
             "The paper's robot stands on the ground; neither its demonstrations nor its projection know of it. Feet "
-            "that end in the floor topple the robot, so the same is judged on a pedestal, on flat ground, and on flat "
-            "ground with states led out of floor and robot and geodesics planned around both.",
+            "that end in the floor topple the robot, so the same is judged on a pedestal, on flat ground, and on "
+            "flat ground with states led out of floor and robot and geodesics planned around both.",
             "The cost of the paper's optimiser is told in words; how high the pelvis is, it leaves open, so a weak "
             "pull toward the home pose settles it here. About one in five foot positions of Equation 24 is in reach.",
             "The paper does not tell how many poses it learnt from: 1000 meet its error, with 500 the dimension is "
