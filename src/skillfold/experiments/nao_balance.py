@@ -39,7 +39,7 @@ class Counts:
     @classmethod
     def of(cls, settings: Settings) -> "Counts":
         """All, or few for a first look."""
-        return cls((200,), 10) if settings.quick else cls()
+        return cls((150,), 10) if settings.quick else cls()
 
 
 @dataclass(frozen=True)

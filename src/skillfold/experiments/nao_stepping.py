@@ -37,7 +37,7 @@ class Counts:
     @classmethod
     def of(cls, settings: Settings) -> "Counts":
         """All, or few for a first look."""
-        return cls(25, 4, 4, 4) if settings.quick else cls()
+        return cls(20, 4, 4, 4) if settings.quick else cls()
 
 
 @dataclass(frozen=True)

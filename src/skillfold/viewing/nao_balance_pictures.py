@@ -45,8 +45,8 @@ def reach(table: Table) -> Figure:
         (bodies.foot(optimiser, table.demonstrations), TUNNEL, 2.4),
         (bodies.foot(optimiser, np.array([trial.projected for trial in table.trials])), ON, 4.2),
     )
-    space = made.add_axes((-0.05, -0.1, 0.48, 1.2), projection="3d")
-    above, beside = made.add_axes((0.47, 0.2, 0.22, 0.66)), made.add_axes((0.765, 0.2, 0.22, 0.66))
+    space = made.add_axes((-0.07, -0.1, 0.48, 1.2), projection="3d")
+    above, beside = made.add_axes((0.5, 0.2, 0.21, 0.66)), made.add_axes((0.78, 0.2, 0.21, 0.66))
     for ax, axes in ((space, (0, 1, 2)), (above, (0, 1)), (beside, (0, 2))):
         for points, color, size in clouds:
             ax.plot(*points[:, list(axes)].T, linestyle="none", marker="o", color=color, markersize=size, mew=0.0)
@@ -75,7 +75,7 @@ def projections(table: Table) -> Figure:
         bodies.draw_skeleton(ax, trial.state, SOFT, 1.4)
         bodies.draw_skeleton(ax, trial.projected, INK, 2.4)
         bare(ax)
-        ax.set(xlim=(-0.3, 0.34), ylim=(-0.12, 0.6))
+        ax.set(xlim=(-0.36, 0.4), ylim=(-0.19, 0.61))
         ax.text(0.04, 0.93, str(i + 1), transform=ax.transAxes, color=SOFT, fontsize=9.5)
     made.text(0.01, 0.96, "random poses (grey) and their projections onto the learnt manifold (black)", **BOLD)
     return made
