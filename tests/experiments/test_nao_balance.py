@@ -1,7 +1,10 @@
 """Who is stable and who is not, by judges that can be told what they should say; and Table II in small."""
 
+import pickle
+
 import numpy as np
 import pytest
+from joblib import parallel_config
 from scipy.spatial import ConvexHull
 
 from skillfold.experiments import nao_balance, nao_balance_rows
@@ -23,6 +26,13 @@ from skillfold.robots.shapes import Box
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 FOOT = np.array([0.03, -0.1, 0.05])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def in_one_process():
+    """What starts others takes longer than so few trials."""
+    with parallel_config(backend="sequential"):
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -174,6 +184,17 @@ def test_with_the_floor_known_plans_lead_from_one_led_state_to_the_next(tables, 
         if trial.floor.plan.success:
             np.testing.assert_allclose(trial.floor.plan.path.states[0], before.floor.pose, atol=0.2)
             assert obstacles.clearance(trial.floor.plan.path.states).min() > 0.0
+
+
+def test_trials_and_what_they_are_given_go_to_other_processes_and_back(tables, optimiser):
+    things = optimiser, tables[0].skill, tables[0].trials[0]
+    again, skill, back = (pickle.loads(pickle.dumps(thing)) for thing in things)
+    trial = tables[0].trials[0]
+    np.testing.assert_array_equal(skill.project(trial.state), trial.projected)
+    asked = again.over_foot(again.robot.forward(trial.projected, again.robot.swing)[:3])
+    np.testing.assert_array_equal(again.optimise(asked).pose, trial.best.pose)
+    np.testing.assert_array_equal(back.plan.path.states, trial.plan.path.states)
+    assert back.floor.verdicts == trial.floor.verdicts
 
 
 def test_finite_differences_cost_more_and_come_to_the_same(tables):

@@ -54,7 +54,7 @@ def graphs(stepping: Stepping) -> Figure:
         samples = np.concatenate([example.swing for example in skills.examples])
         places = bodies.foot(optimiser, samples)
         edges = build_graph(samples, NEIGHBORS).edges
-        ax = made.add_axes((0.5 * column - 0.02, -0.06, 0.52, 0.9), projection="3d")
+        ax: Any = made.add_axes((0.5 * column - 0.02, -0.06, 0.52, 0.9), projection="3d")
         ax.add_collection3d(Line3DCollection(places[edges].tolist(), colors=TUNNEL, linewidths=0.35, alpha=0.35))
         ax.plot(*places.T, linestyle="none", marker="o", markersize=2.2, color=INK, mew=0.0)
         bodies.space(ax, BOX)
