@@ -45,7 +45,7 @@ def reach(table: Table) -> Figure:
         (bodies.foot(optimiser, table.demonstrations), TUNNEL, 2.4),
         (bodies.foot(optimiser, np.array([trial.projected for trial in table.trials])), ON, 4.2),
     )
-    space = made.add_axes((-0.07, -0.1, 0.48, 1.2), projection="3d")
+    space = made.add_axes((-0.05, -0.1, 0.48, 1.2), projection="3d")
     above, beside = made.add_axes((0.5, 0.2, 0.21, 0.66)), made.add_axes((0.78, 0.2, 0.21, 0.66))
     for ax, axes in ((space, (0, 1, 2)), (above, (0, 1)), (beside, (0, 2))):
         for points, color, size in clouds:
@@ -69,7 +69,7 @@ def reach(table: Table) -> Figure:
 
 def projections(table: Table) -> Figure:
     """Figure 26: random poses in grey, their projections in black."""
-    made = figure(12.0, 6.6)
+    made = figure(12.0, 5.7)
     for i, trial in enumerate(table.trials[:SHOWN]):
         ax = made.add_axes((0.2 * (i % 5) + 0.005, 0.49 - 0.48 * (i // 5), 0.19, 0.46))
         bodies.draw_skeleton(ax, trial.state, SOFT, 1.4)

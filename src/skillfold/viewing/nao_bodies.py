@@ -86,7 +86,7 @@ def space(ax: Any, box: tuple[float, float, float] | None = None, ticks: tuple[i
         axis._axinfo["grid"].update(color=FAINT, linewidth=0.5)
         axis.set_major_locator(MaxNLocator(count))
         axis.set_label_text(f"{name}, m", fontsize=8.5)
-        axis.labelpad = -4.0
+        axis.labelpad = -1.0 if name == "y" else -4.0
         axis.set_tick_params(labelsize=7.5, pad=-1.0)
 
 

@@ -58,8 +58,7 @@ NAO = {
             "flat ground with states led out of floor and robot and geodesics planned around both.",
             "The cost of the paper's optimiser is told in words; how high the pelvis is, it leaves open, so a weak "
             "pull toward the home pose settles it here. About one in five foot positions of Equation 24 is in reach.",
-            "The paper does not tell how many poses it learnt from: 1000 meet its error, with 500 the dimension is "
-            "found as four and the error is larger.",
+            "The paper does not tell how many poses it learnt from: here 1000, and beside that 500, as for steps.",
             "Times are of one thread on compiled kinematics, where a pose is optimised in milliseconds; the paper's "
             "took 38 s, so its factors are not to be had. The factor against the like of its optimiser, finite "
             "differences, stands beside the paper's, the one against analytic derivatives beside the target.",
