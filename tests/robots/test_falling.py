@@ -5,9 +5,9 @@ import pytest
 
 from skillfold.errors import InputError, RobotError
 from skillfold.robots.falling import Falling
-from skillfold.robots.rendering import snapshots
+from skillfold.robots.rendering import View, snapshots
 from skillfold.robots.robot import Robot
-from skillfold.robots.shapes import Box
+from skillfold.robots.shapes import Box, Sphere
 from skillfold.robots.standing import base_of
 
 UPRIGHT = np.array([0.0, 0.0, 0.32, 1.0, 0.0, 0.0, 0.0])
@@ -111,3 +111,21 @@ def test_snapshots_or_a_word_why_not(nao):
     else:
         assert picture.shape == (480, 640, 3)
         assert picture.std() > 5
+
+
+def test_snapshots_show_bodies_and_obstacles_in_their_colours(nao):
+    ball = Sphere(center=(0.3, 0.0, 0.2), radius=0.05, name="ball")
+    paint = {"ball": (1.0, 0.0, 0.0), "RKneePitchLink": (0.0, 0.0, 1.0)}
+    view = View((0.2, 0.0, 0.2), 0.8, 200.0, -10.0, (160, 120))
+    seen = []
+    for colors in (None, paint):
+        try:
+            (picture,) = snapshots(Falling(nao, [ball], visual=True), nao.home[None], UPRIGHT[None], view, colors)
+        except RobotError as error:
+            assert "MUJOCO_GL" in str(error)
+            return
+        assert picture.shape == (120, 160, 3)
+        red, _, blue = (picture[..., i].astype(int) for i in range(3))
+        seen.append([(red > blue + 80).sum(), (blue > red + 80).sum()])
+    assert seen[0] == [0, 0]
+    assert min(seen[1]) > 20

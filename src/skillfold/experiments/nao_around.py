@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.experiments.nao_floor import FLOOR
 from skillfold.experiments.nao_stability import Verdict, judge_motion
 from skillfold.experiments.nao_steps import ASIDE, Skills, Stepper
 from skillfold.experiments.oracle import finely
-from skillfold.experiments.rows import Row
+from skillfold.experiments.parallel import in_parallel
+from skillfold.experiments.rows import Row, Settings
 from skillfold.motion import Array
 from skillfold.robots.scene import Scene
 from skillfold.robots.shapes import Box, Sphere
@@ -29,7 +31,6 @@ MIDDLE = 0.027  # m: of a sole from its ankle
 BALL, EDGE = (0.012, 0.018), (0.010, 0.035)  # m: radii; heights
 DEPTH, WIDTH = 0.01, 0.08  # m: of an edge, along the step and across
 SHARE = 0.95
-FLOOR = Box(pose=(0.0, 0.0, -0.02), size=(1.0, 1.0, 0.04), name="floor")
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,7 @@ class Answer:
         clearance: of the swing to obstacle, floor and itself, the smallest [m].
         whole: of the whole step to the obstacle and itself, the smallest [m].
         verdict: of the whole step.
+        stumbling: of the whole step by the plain geodesic.
     """
 
     case: Case
@@ -69,6 +71,7 @@ class Answer:
     clearance: float
     whole: float
     verdict: Verdict
+    stumbling: Verdict
 
     @property
     def clear(self) -> bool:
@@ -81,15 +84,20 @@ class Answer:
         return self.clear and self.clearance >= ASKED
 
 
-def cases(skills: dict[str, Skills], number: int, rng: np.random.Generator) -> list[Case]:
-    """Random steps whose plain geodesic runs into a random obstacle, half of them balls, half edges."""
-    found: list[Case] = []
-    while len(found) < number:
-        side = SIDES[len(found) % 2]
-        case = _case(skills[side], side, len(found) % 4 < 2, rng)
+def past(skills: dict[str, Skills], number: int, rng: np.random.Generator, settings: Settings) -> list[Answer]:
+    """Steps past random obstacles, half of them balls, half edges; each draws for itself."""
+    # As many of either foot meet each kind.
+    drawn = [(SIDES[i % 2], i % 4 < 2, own) for i, own in enumerate(rng.spawn(number))]
+    asked = [(skills[side], side, ball, own) for side, ball, own in drawn]
+    return list(in_parallel(attempt, asked, settings.progress, "stepping: past obstacles", (0.6, 0.9)))
+
+
+def attempt(skills: Skills, side: str, ball: bool, rng: np.random.Generator) -> Answer:
+    """The first random step whose plain geodesic runs into a random obstacle, and the plan past it."""
+    while True:
+        case = _case(skills, side, ball, rng)
         if case is not None:
-            found.append(case)
-    return found
+            return ask(skills, case)
 
 
 def _case(skills: Skills, side: str, ball: bool, rng: np.random.Generator) -> Case | None:
@@ -129,11 +137,11 @@ def ask(skills: Skills, case: Case) -> Answer:
     up = skills.swing.plan(case.standing[0], case.raised[0]).path.states
     down = skills.swing.plan(case.raised[1], case.standing[1]).path.states
     swing = finely(plan.path.states, FINE)
-    states = np.concatenate([up[:-1], plan.path.states, down[1:]])
+    states, plain = (np.concatenate([up[:-1], way, down[1:]]) for way in (plan.path.states, case.blocked))
     clearance = float(robot.obstacles(scene).clearance(swing).min())
     whole = float(robot.obstacles([case.obstacle]).clearance(finely(states, FINE)).min())
-    verdict = judge_motion(stepper.optimiser, states, scene=[case.obstacle])
-    return Answer(case, plan, states, clearance, whole, verdict)
+    verdicts = [judge_motion(stepper.optimiser, way, scene=[case.obstacle]) for way in (states, plain)]
+    return Answer(case, plan, states, clearance, whole, *verdicts)
 
 
 def rows(answers: list[Answer]) -> list[Row]:
@@ -145,7 +153,11 @@ def rows(answers: list[Answer]) -> list[Row]:
     total = max(len(answers), 1)
     said = sum(answer.plan.success for answer in answers)
     kept = np.array([answer.clearance for answer in clear] or [np.nan])
-    note = f"{len(clear)} of {total}, {balls} of them past balls; {said} say success; the plain geodesic hits in all"
+    fall = sum(not answer.stumbling.upright for answer in answers)
+    note = (
+        f"{len(clear)} of {total}, {balls} of them past balls; {said} say success; the plain geodesic hits in all, "
+        f"and in dynamics falls in {fall}"
+    )
     return [
         Row("Nao's steps past a ball or an edge: clear", len(clear) / total, "share", SHARE, ">=", "", note),
         Row(

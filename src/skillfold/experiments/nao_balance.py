@@ -2,26 +2,31 @@
 
 The skill is learnt from optimised poses with the defaults that a user gets. Random states, uniform within the joint
 limits, are projected onto it; geodesics lead from each projected state to the next. Neither knows of the floor, and
-both may put the free foot into it: what balances is judged on a pedestal and on flat ground. The optimum of a
-projected state is the optimised pose whose swing foot is where the projection put it. The paper does not tell from
-how many poses it learnt: 500, as where it walks, and twice as many.
+both may put the free foot into it: what balances is judged on a pedestal and on flat ground, and again on flat ground
+with the floor known. The optimum of a projected state is the optimised pose whose swing foot is where the projection
+put it. The paper does not tell from how many poses it learnt: twice 500, and 500 as where it walks.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import thread_time
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from skillfold.experiments.nao_floor import Known, around, known, led_out
 from skillfold.experiments.nao_poses import Found, Optimiser
-from skillfold.experiments.nao_stability import Verdict, count, judge_motion, judge_pose
-from skillfold.experiments.rows import Row, Settings
+from skillfold.experiments.nao_stability import Verdict, judge_motion, judge_pose
+from skillfold.experiments.parallel import in_parallel
+from skillfold.experiments.rows import Settings
 from skillfold.motion import Array
 
 LOWER, UPPER = np.array([-0.20, -0.20, 0.0]), np.array([0.20, -0.05, 0.15])  # m: Equation 24
-KINDS = (("projected states", 47, "47"), ("geodesics", 46, "42"))  # how many of 50 must be stable; the paper's
-RMSE, FASTER = 0.01, 1000.0
 REPEATS = 5  # of a call that is timed
+DRAWN, FEWEST = 4, 20  # foot positions at a time: so many for each pose that is missing, one in five is in reach
+FEW_POINTS = 10  # states of a geodesic that is to be had sooner: as many as the paper's demonstrations have
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -31,6 +36,28 @@ class Counts:
     samples: tuple[int, ...] = (1000, 500)
     trials: int = 50
 
+    @classmethod
+    def of(cls, settings: Settings) -> "Counts":
+        """All, or few for a first look."""
+        return cls((150,), 10) if settings.quick else cls()
+
+
+@dataclass(frozen=True)
+class Seconds:
+    """Of the thread that worked.
+
+    Attributes:
+        projecting: one state.
+        planning, coarsely: one geodesic, and one with few states.
+        optimising, differencing: the same pose, with analytic derivatives and with finite differences.
+    """
+
+    projecting: float
+    planning: float
+    coarsely: float
+    optimising: float
+    differencing: float
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -39,17 +66,23 @@ class Trial:
     Attributes:
         state, projected: (12,).
         best: optimum at the foot position of the projection.
+        by_differences: the same by finite differences.
         plan: from the projection before.
-        seconds: of projection, plan and optimisation.
+        seconds: that each took.
+        random: verdict of the random state.
         verdicts: of projection and plan, on a pedestal and on flat ground.
+        floor: what comes of it where the floor is known.
     """
 
     state: Array
     projected: Array
     best: Found
+    by_differences: Found
     plan: Any
-    seconds: tuple[float, float, float]
+    seconds: Seconds
+    random: Verdict
     verdicts: tuple[tuple[Verdict, Verdict], tuple[Verdict, Verdict]]
+    floor: Known
 
     @property
     def error(self) -> float:
@@ -58,57 +91,110 @@ class Trial:
 
 
 @dataclass(frozen=True)
+class Drawn:
+    """Optimal poses (n, 12) at random foot positions, and foot positions (m, 3) that were out of reach."""
+
+    poses: Array
+    missed: Array
+
+
+@dataclass(frozen=True)
 class Table:
-    """Table II for one skill."""
+    """Table II for one skill.
+
+    Attributes:
+        skill: that was learnt.
+        demonstrations: (n, 12) poses it was learnt from.
+        missed: (m, 3) foot positions that were out of reach.
+        shown: verdicts of some of the demonstrations on a pedestal.
+        trials: one for each random state.
+    """
 
     skill: Any
     demonstrations: Array
+    missed: Array
+    shown: list[Verdict]
     trials: list[Trial]
-
-
-def measure(settings: Settings, counts: Counts | None = None) -> list[Row]:
-    """Rows of the table for every number of samples."""
-    return rows(run(settings, counts or Counts()), settings)
 
 
 def run(settings: Settings, counts: Counts) -> list[Table]:
     """The table for every number of samples, the first ones of the same poses."""
     optimiser, rng = Optimiser("left"), np.random.default_rng(settings.seed)
-    settings.progress("balance: optimising poses", 0.0)
-    poses = balancing(optimiser, max(counts.samples), rng)
+    drawn = balancing(optimiser, max(counts.samples), rng, settings)
     states = optimiser.robot.sample(counts.trials, settings.seed)
-    tables = []
+    some = rng.choice(len(drawn.poses), min(counts.trials, len(drawn.poses)), replace=False)
+    shown = list(in_parallel(judge_pose, [(optimiser, q, True) for q in drawn.poses[some]]))
+    tables, share = [], 0.6 / len(counts.samples)
     for number, samples in enumerate(counts.samples):
-        settings.progress(f"balance: {samples} poses", 0.3 + 0.6 * number / len(counts.samples))
-        skill = settings.learn(poses[:samples], space=optimiser.robot.space)
-        tables.append(Table(skill, poses[:samples], trials(optimiser, skill, states)))
+        begun, label = 0.3 + share * number, f"balance: {samples} poses"
+        settings.progress(label, begun)
+        poses = drawn.poses[:samples]
+        skill = settings.learn(poses, space=optimiser.robot.space)
+        found = trials(optimiser, skill, states, settings, label, (begun + 0.3 * share, begun + share))
+        tables.append(Table(skill, poses, drawn.missed, shown, found))
     return tables
 
 
-def balancing(optimiser: Optimiser, number: int, rng: np.random.Generator) -> Array:
-    """Optimal poses (number, 12) at random foot positions; what is out of reach is drawn again."""
+def balancing(optimiser: Optimiser, number: int, rng: np.random.Generator, settings: Settings) -> Drawn:
+    """So many optimal poses; what is out of reach is drawn again."""
     found: list[Array] = []
+    missed: list[Array] = []
+    label = "balance: optimising poses"
     while len(found) < number:
-        pose = optimiser.optimise(optimiser.over_foot(rng.uniform(LOWER, UPPER)))
-        if pose.reached:
-            found.append(pose.pose)
-    return np.array(found)
+        feet = rng.uniform(LOWER, UPPER, (max(DRAWN * (number - len(found)), FEWEST), 3))
+        cases = [(optimiser, part) for part in np.array_split(feet, len(feet) // 20)]
+        for part, poses in zip(cases, in_parallel(optimise_all, cases), strict=True):
+            for foot, pose in zip(part[1], poses, strict=True):
+                if len(found) == number:
+                    break
+                found.append(pose.pose) if pose.reached else missed.append(foot)
+            settings.progress(label, 0.3 * len(found) / number)
+    return Drawn(np.array(found), np.array(missed).reshape(-1, 3))
 
 
-def trials(optimiser: Optimiser, skill: Any, states: Array) -> list[Trial]:
-    """A trial for each state (n, 12)."""
-    found: list[Trial] = []
-    current = np.asarray(skill.project(optimiser.robot.home))
-    skill.plan(current, skill.project(states[0]))  # the first call compiles
-    for state in states:
-        projecting, projected = timed(lambda state=state: skill.project(state))
-        planning, plan = timed(lambda a=current, b=projected: skill.plan(a, b))
-        foot = optimiser.robot.forward(projected, optimiser.robot.swing)[:3]
-        optimising, best = timed(lambda foot=foot: optimiser.optimise(optimiser.over_foot(foot)))
-        verdicts = both_grounds(optimiser, projected[None]), both_grounds(optimiser, plan.path.states)
-        found.append(Trial(state, projected, best, plan, (projecting, planning, optimising), verdicts))
-        current = projected
-    return found
+def optimise_all(optimiser: Optimiser, feet: Array) -> list[Found]:
+    """The optimal pose at each foot position (n, 3)."""
+    return [optimiser.optimise(optimiser.over_foot(foot)) for foot in feet]
+
+
+def trials(
+    optimiser: Optimiser,
+    skill: Any,
+    states: Array,
+    settings: Settings,
+    label: str = "",
+    between: tuple[float, float] = (0.0, 1.0),
+) -> list[Trial]:
+    """A trial for each state (n, 12), each begun where the one before ends."""
+    places = [np.asarray(skill.project(q)) for q in (optimiser.robot.home, *states)]
+    obstacles = around(optimiser)
+    clear = [led_out(skill, obstacles, q) for q in places]
+    pairs = zip(states, places, places[1:], clear, clear[1:], strict=False)
+    cases = [(optimiser, skill, *case) for case in pairs]
+    return list(in_parallel(trial, cases, settings.progress, label, between))
+
+
+def trial(
+    optimiser: Optimiser, skill: Any, state: Array, start: Array, projected: Array, clear_start: Array, clear: Array
+) -> Trial:
+    """Everything that is asked of one state (12,), its projection and the one before."""
+    projecting, _ = timed(lambda: skill.project(state))
+    planning, plan = timed(lambda: skill.plan(start, projected))
+    coarsely, _ = timed(lambda: skill.plan(start, projected, FEW_POINTS))
+    asked = optimiser.over_foot(optimiser.robot.forward(projected, optimiser.robot.swing)[:3])
+    optimising, best = timed(lambda: optimiser.optimise(asked))
+    differencing, again = timed(lambda: optimiser.optimise(asked, analytic=False))
+    return Trial(
+        state,
+        projected,
+        best,
+        again,
+        plan,
+        Seconds(projecting, planning, coarsely, optimising, differencing),
+        judge_pose(optimiser, state, True),
+        (both_grounds(optimiser, projected[None]), both_grounds(optimiser, plan.path.states)),
+        known(optimiser, skill, clear_start, clear),
+    )
 
 
 def both_grounds(optimiser: Optimiser, states: Array) -> tuple[Verdict, Verdict]:
@@ -116,90 +202,11 @@ def both_grounds(optimiser: Optimiser, states: Array) -> tuple[Verdict, Verdict]
     return judge_motion(optimiser, states, pedestal=True), judge_motion(optimiser, states)
 
 
-def timed(work: Any, repeats: int = REPEATS) -> tuple[float, Any]:
-    """Seconds of this thread (median of a few calls) and what the work returns."""
-    times, answer = [], None
+def timed(work: Callable[[], T], repeats: int = REPEATS) -> tuple[float, T]:
+    """Seconds of this thread (median of a few calls, the first of which may compile) and what the work returns."""
+    times, answers = [], []
     for _ in range(repeats):
         begun = thread_time()
-        answer = work()
+        answers.append(work())
         times.append(thread_time() - begun)
-    return float(np.median(times)), answer
-
-
-def rows(tables: list[Table], settings: Settings) -> list[Row]:
-    """All rows: first what does not depend on the skill."""
-    return [*_given_rows(tables[0], settings), *(row for table in tables for row in _table_rows(table))]
-
-
-def _given_rows(table: Table, settings: Settings) -> list[Row]:
-    """Optimised poses as they were demonstrated, and random states."""
-    optimiser, total = Optimiser("left"), len(table.trials)
-    random = count([judge_pose(optimiser, trial.state, True) for trial in table.trials])
-    shown = np.random.default_rng(settings.seed).choice(len(table.demonstrations), total, replace=False)
-    best = count([judge_pose(optimiser, q, True) for q in table.demonstrations[shown]])
-    black = [_black_box(optimiser, trial) for trial in table.trials]
-    seconds = np.array([trial.seconds[2] for trial in table.trials])
-    return [
-        Row("Nao on one leg, optimised poses: stable", best.stable, "", None, ">=", "48", best.note),
-        Row("Nao on one leg, random states: stable", random.stable, "", None, "<=", "0", random.note),
-        Row(
-            "Nao on one leg, optimisation of a pose",
-            1e3 * float(np.median(seconds)),
-            "ms",
-            paper="38.35 s",
-            note=f"analytic derivatives; {1e3 * np.median(black):.0f} ms with finite differences, as in the paper",
-        ),
-    ]
-
-
-def _black_box(optimiser: Optimiser, trial: Trial) -> float:
-    """Seconds of the same optimisation where the kinematics only answer for poses."""
-    foot = optimiser.robot.forward(trial.projected, optimiser.robot.swing)[:3]
-    begun = thread_time()
-    optimiser.optimise(optimiser.over_foot(foot), analytic=False)
-    return thread_time() - begun
-
-
-def _table_rows(table: Table) -> list[Row]:
-    name = f"Nao on one leg, {len(table.demonstrations)} poses"
-    errors = np.array([trial.error for trial in table.trials])
-    reached = sum(trial.best.reached for trial in table.trials)
-    note = (
-        f"median {np.median(errors):.1e}, p95 {np.percentile(errors, 95):.1e}, largest {errors.max():.1e}; optimum "
-        f"within reach in {reached} of {len(errors)}; dimension {table.skill.dim} (of the foot's positions 3)"
-    )
-    error = Row(f"{name}: RMSE of projections to the optimum", float(errors.mean()), "rad", RMSE, "<=", "0.01", note)
-    return [error, *_stable_rows(name, table.trials), *_time_rows(name, table)]
-
-
-def _stable_rows(name: str, found: list[Trial]) -> list[Row]:
-    said = sum(trial.plan.success for trial in found)
-    rows = []
-    for ground, where in enumerate(("on a pedestal", "on flat ground")):
-        for kind, (what, needed, paper) in enumerate(KINDS):
-            counted = count([trial.verdicts[kind][ground] for trial in found])
-            note = f"{counted.note}; {said} plans say success" if kind else counted.note
-            target = round(needed * len(found) / 50)
-            row = Row(f"{name}: {what} stable by both judges {where}", counted.stable, "", target, ">=", paper, note)
-            rows.append(row)
-    return rows
-
-
-def _time_rows(name: str, table: Table) -> list[Row]:
-    projecting, planning, optimising = np.median([trial.seconds for trial in table.trials], axis=0)
-    states = np.array([trial.state for trial in table.trials])
-    batch = timed(lambda: table.skill.project(states))[0] / len(states)
-    note = f"{1e3 * projecting:.2f} ms, median of single calls; {1e3 * batch:.2f} ms for each of a batch"
-    faster = "times faster than optimisation"
-    return [
-        Row(f"{name}: projection, {faster}", optimising / projecting, "×", FASTER, ">", "22", note),
-        Row(
-            f"{name}: geodesic, {faster}",
-            optimising / planning,
-            "×",
-            FASTER,
-            ">",
-            "1500",
-            f"{1e3 * planning:.2f} ms, median",
-        ),
-    ]
+    return float(np.median(times)), answers[-1]

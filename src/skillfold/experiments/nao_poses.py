@@ -43,7 +43,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Found:
-    """What it answered: pose (12,), final cost, evaluations of the cost."""
+    """What it answered: pose (12,), final cost, evaluations of the cost, those for finite differences among them."""
 
     pose: Array
     cost: float
@@ -95,10 +95,15 @@ class Optimiser:
         lower, upper = (side[self.free] for side in self.robot.limits)
         start = np.clip(self.robot.home if first is None else first, *self.robot.limits)[self.free]
         jac: Any = (lambda z: self.derivative(self._whole(z))) if analytic else "2-point"
-        result = least_squares(
-            lambda z: self.residuals(self._whole(z), asked), start, jac=jac, bounds=(lower, upper), method="trf"
-        )
-        return Found(self._whole(result.x), 2.0 * float(result.cost), int(result.nfev))
+        evaluated = 0
+
+        def cost(z: Array) -> Array:
+            nonlocal evaluated
+            evaluated += 1
+            return self.residuals(self._whole(z), asked)
+
+        result = least_squares(cost, start, jac=jac, bounds=(lower, upper), method="trf")
+        return Found(self._whole(result.x), 2.0 * float(result.cost), evaluated)
 
     def residuals(self, q: Array, asked: Asked) -> Array:
         """(31,) of a pose (12,); their squares add up to the cost."""

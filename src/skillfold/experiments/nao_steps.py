@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from skillfold.experiments.nao_poses import Asked, Optimiser
+from skillfold.experiments.parallel import in_parallel
 from skillfold.experiments.rows import Settings
 from skillfold.motion import Array
 from skillfold.robots.standing import SIDES
@@ -75,30 +76,30 @@ class Stepper:
         centre = self.optimiser.centre
         return Asked(np.append(step.goal, 0.0), centre + share * (landed - centre))
 
-    def pose(self, asked: Asked) -> Array | None:
+    def pose(self, asked: Asked, analytic: bool = True) -> Array | None:
         """The optimal pose (12,); None where it is out of reach."""
-        found = self.optimiser.optimise(asked)
+        found = self.optimiser.optimise(asked, analytic=analytic)
         return found.pose if found.reached else None
 
-    def example(self, step: Step, points: int = POINTS) -> Example | None:
-        """The whole step, optimised; None where any of it is out of reach."""
+    def example(self, step: Step, points: int = POINTS, analytic: bool = True) -> Example | None:
+        """The whole step, optimised, with finite differences where not analytic; None where any is out of reach."""
         shares = np.linspace(0.0, 1.0, points)
         phases = []
         for asks in (self.swinging, self.shifting):
             poses = []
             for share in shares:
-                pose = self.pose(asks(step, float(share)))
+                pose = self.pose(asks(step, float(share)), analytic)
                 if pose is None:
                     return None
                 poses.append(pose)
             phases.append(np.array(poses))
         return Example(step, *phases)
 
-    def error(self, states: Array, asked: Callable[[Array], Asked], number: int) -> float:
-        """RMS between some states of a path (n, 12) and the optimal poses that they ask for themselves [rad]."""
+    def errors(self, states: Array, asked: Callable[[Array], Asked], number: int) -> Array:
+        """RMS over the joints between some states of a path (n, 12) and the optimal poses that they ask for [rad]."""
         some = states[np.linspace(0, len(states) - 1, number).astype(int)]
         best = np.array([self.optimiser.optimise(asked(q)).pose for q in some])
-        return float(np.sqrt(np.mean((some - best) ** 2)))
+        return np.sqrt(np.mean((some - best) ** 2, axis=1))
 
     def soles(self, step: Step) -> Array:
         """(m, 2) corners of the support polygon of both soles once the swing foot has landed."""
@@ -134,12 +135,12 @@ def draw(side: str, rng: np.random.Generator, start: Array | None = None) -> Ste
 
 
 def examples(side: str, number: int, rng: np.random.Generator) -> list[Example]:
-    """Random steps, optimised; those out of reach are drawn again."""
-    stepper, found = Stepper(side), []
+    """Random steps, optimised, over all cores; those out of reach are drawn again."""
+    stepper = Stepper(side)
+    found: list[Example] = []
     while len(found) < number:
-        example = stepper.example(draw(side, rng))
-        if example is not None:
-            found.append(example)
+        steps = [(draw(side, rng),) for _ in range(number - len(found))]
+        found += [example for example in in_parallel(stepper.example, steps) if example is not None]
     return found
 
 

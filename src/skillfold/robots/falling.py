@@ -23,6 +23,7 @@ from skillfold.tables import Array
 FLOOR = "floor"
 STIFFNESS, DAMPING = 200.0, 5.0  # N m/rad, N m s/rad: full torque at a hundredth to a fiftieth of a radian
 FRICTION = 0.8
+GLOW = 0.34  # of the floor in pictures: lit from the eye alone, what lies flat is dark
 STEP = 1e-3  # s
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -156,4 +157,6 @@ def _spec(robot: Robot, scene: Scene, own: bool, passing: set[str], visual: bool
         motor.ctrllimited = False
     if visual:
         light(spec)
+        spec.add_material(name=FLOOR, rgba=[0.93, 0.94, 0.95, 1.0], emission=GLOW)
+        spec.geom(FLOOR).material = FLOOR
     return spec

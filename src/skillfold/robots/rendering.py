@@ -1,7 +1,7 @@
 """Pictures of a robot at work, drawn by MuJoCo without a window."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from skillfold.errors import RobotError
 from skillfold.robots.engine import mujoco
 from skillfold.robots.falling import Falling
+from skillfold.robots.merging import PREFIX
 from skillfold.robots.world import World
 from skillfold.tables import Array
 
@@ -17,6 +18,8 @@ WIDTH, HEIGHT = 640, 480  # pixels: MuJoCo's offscreen buffer
 MOST = 20_000  # shapes in a picture
 AZIMUTH, ELEVATION = 135.0, -18.0  # degrees
 BESIDE, FRONT = 1.0, 215.0  # m and degrees: whence snapshots are taken
+Paint = Mapping[str, tuple[float, float, float]]
+"""Red, green and blue of bodies and of obstacles, by name."""
 
 
 @dataclass(frozen=True)
@@ -97,18 +100,35 @@ def picture(world: World, q: Array, view: View, marks: Sequence[Mark] = ()) -> A
         return renderer.render().copy()
 
 
-def snapshots(floor: Falling, joints: Array, bases: Array) -> Iterator[Any]:
-    """A picture of a robot with a free base at joint positions (n, dof), its base at poses (n, 7), from its front.
+def snapshots(
+    floor: Falling, joints: Array, bases: Array, view: View | None = None, paint: Paint | None = None
+) -> Iterator[Any]:
+    """A picture of a robot with a free base at joint positions (n, dof), its base at poses (n, 7).
+
+    Args:
+        floor: with shapes that please the eye.
+        joints, bases: as many as there will be pictures.
+        view: of every picture; left out, from the robot's front, wherever it is.
+        paint: colours of some bodies and obstacles.
 
     Raises:
         RobotError: no way to draw off the screen.
     """
-    with _renderer(floor.model, WIDTH, HEIGHT) as renderer:
+    _paint(floor.model, paint or {})
+    with _renderer(floor.model, *(view.size if view else (WIDTH, HEIGHT))) as renderer:
         for q, base in zip(joints, bases, strict=True):
             floor.show(q, base)
-            view = View((base[0], base[1], 0.75 * base[2]), BESIDE, FRONT)
-            renderer.update_scene(floor.data, _placed(view))
+            from_front = View((base[0], base[1], 0.75 * base[2]), BESIDE, FRONT)
+            renderer.update_scene(floor.data, _placed(view or from_front))
             yield renderer.render().copy()
+
+
+def _paint(model: Any, paint: Paint) -> None:
+    for i in range(model.ngeom):
+        names = model.body(int(model.geom_bodyid[i])).name, model.geom(i).name.removeprefix(PREFIX)
+        for name in names:
+            if name in paint:
+                model.geom_rgba[i, :3] = paint[name]
 
 
 def _placed(view: View) -> Any:
