@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 NAMES = (
     "Some of reaching (sections V-A to V-C), patches (V-B3), table-one (V-C and VI), boxes and tumblers (VI, among "
-    "obstacles and pushed), nao-balance and nao-stepping (VII), pick-place (VIII); of keyframes: envelopes (figures 2 "
-    "and 3), keyframes (5 to 8) and keyframe-cost (9)."
+    "obstacles and pushed), nao-balance and nao-stepping (VII), pick-place (VIII); of keyframes: envelopes (figures "
+    "2 and 3), keyframes (5 to 8) and keyframe-cost (9)."
 )
 OUT = (
     "Folder for report.html, report.json, the pictures and what is finished. A run that was stopped goes on where it "
