@@ -14,7 +14,7 @@ from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
 from skillfold.manifold.kernels.judging import displacements
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
-from skillfold.manifold.model import Model, as_maps, build_surface
+from skillfold.manifold.model import Model, as_maps, build_surface, trust_in
 from skillfold.manifold.polynomials import monomials, terms_of
 from skillfold.manifold.selection import choose_field
 from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
@@ -211,7 +211,7 @@ def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
     """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
     found = displacements(surface, field, surface.rows, np.inf)[2]
     usual = max(float(np.median(found)), NO_DOUBT)
-    return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
+    return trust_in(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
 
 
 def _calibrate(inner: Array, anchors: Array, judged: Chosen) -> tuple[float, float]:
