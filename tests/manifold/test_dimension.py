@@ -3,7 +3,7 @@ import pytest
 
 from manifold import clouds
 from skillfold.experiments.upright import JACO, upright_poses
-from skillfold.manifold.dimension import gaps_after, choose_dimension, local_extents, scales
+from skillfold.manifold.dimension import choose_dimension, gaps_after, local_extents, scales
 
 KNOWN = {
     "circle": (clouds.draw_circle, 1),
