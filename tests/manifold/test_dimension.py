@@ -73,6 +73,18 @@ def test_scales_fit_the_samples(n, D):
     assert all(1 <= k <= max(n / 6, min(2 * D + 2, n - 1)) for k in scales(n, D))
 
 
+def test_the_finest_scale_is_for_samples_that_allow_a_wider_one():
+    assert scales(1000, 7, finest=True) == [9, *scales(1000, 7)]
+    assert scales(40, 7, finest=True) == scales(40, 7)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_little_room_in_many_coordinates_is_no_dimension_more(seed):
+    """Where a sheet of three dimensions bends in all the others, only the nearest samples show it flat."""
+    x = clouds.normalised(clouds.sheet(7, 3)(400, np.random.default_rng(seed)))
+    assert choose_dimension(x, False, 0)[0] == 3
+
+
 def test_of_few_recordings_the_smallest_well_supported_dimension_is_taken():
     """Curves that differ a little are still curves, though together they make a narrow sheet."""
     t = np.linspace(0, 1, 100)

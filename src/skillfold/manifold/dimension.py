@@ -29,10 +29,15 @@ def local_extents(samples: Array, k: int, seed: int) -> Array:
     return np.sqrt(np.maximum(np.median(values, axis=0), 0.0) / (k + 1))
 
 
-def scales(n_samples: int, n_dims: int, doublings: int = 3) -> list[int]:
-    """Neighbourhood sizes to look at: none larger than a sixth of the samples."""
+def scales(n_samples: int, n_dims: int, doublings: int = 3, finest: bool = False) -> list[int]:
+    """Neighbourhood sizes to look at: none larger than a sixth of the samples.
+
+    The finest is hardly larger than what spans the space; it shows dimensions in which the samples spread little.
+    """
     wanted = [k for k in (2 ** (i + 1) * n_dims + 2 for i in range(doublings)) if k <= n_samples / 6]
-    return wanted or [max(n_dims, min(2 * n_dims + 2, n_samples - 1))]
+    if not wanted:
+        return [max(n_dims, min(2 * n_dims + 2, n_samples - 1))]
+    return [n_dims + 2, *wanted] if finest else wanted
 
 
 def choose_dimension(samples: Array, few_recordings: bool, seed: int, doublings: int = 3) -> tuple[int, list[Trial]]:
@@ -46,7 +51,8 @@ def choose_dimension(samples: Array, few_recordings: bool, seed: int, doublings:
         doublings: neighbourhood sizes looked at, each about twice the one before.
     """
     D = samples.shape[1]
-    sizes = scales(len(samples), D, doublings)
+    # Of recordings, the nearest few samples are those of one of them.
+    sizes = scales(len(samples), D, doublings, not few_recordings)
     extents = np.array([local_extents(samples, min(k, len(samples) - 1), seed) for k in sizes])
     largest = np.maximum(extents[:, :1], 1e-300)
     gaps = np.append(0.0, gaps_after(np.maximum(extents / largest, FLOOR), largest, not few_recordings))
