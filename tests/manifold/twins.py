@@ -133,7 +133,8 @@ def project_state(surface, field, trust, state):
     normal, _, _, doubt = displacement(surface, field, state)
     if np.linalg.norm(normal) < 1e-10:
         return state, True
-    if np.linalg.norm(normal) < 0.25 * surface.radii[order[0]] and doubt < trust.ghost:
+    off = np.linalg.norm(normal)
+    if off < 0.25 * surface.radii[order[0]] and (doubt < 10.0 * trust.doubt or off < doubt < trust.ghost):
         point, met = descend(surface, field, np.inf, np.inf, trust.cap, state, state)
         if met:
             return point, True

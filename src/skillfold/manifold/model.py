@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
+from skillfold.manifold.kernels.projection import GHOST
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.polynomials import Monomials
 
@@ -19,8 +20,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 LISTED = 48  # neighbours that each anchor knows
 MANY = 192  # anchors from which on it is faster to ask them than to ask all
 LANES = 8  # numbers that a compiled loop takes at a time
-GHOST = 10.0  # times the usual doubt: anchors that disagree more speak of different sheets,
-APART = 0.2  # if they do by more than this share of the spacing
+APART = 0.2  # of the spacing: anchors that disagree by less speak of one sheet
 
 
 @dataclass(frozen=True)

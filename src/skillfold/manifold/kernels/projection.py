@@ -26,6 +26,7 @@ STEPS = 40.0  # (a float: for each whole number Numba would compile anew) of the
 TOLERANCE = 1e-10  # of an iteration, in units of the data's rms radius
 AROUND = 2.0  # spacings beyond the nearest anchor in which sure ones are looked for
 SMALLEST_RATE = 1e-3  # of the step along the surface: below it the edge of the support is met
+GHOST = 10.0  # times the usual doubt: where anchors disagree more, a small displacement means nothing
 BLOCK = 128  # states that are projected at once
 BACK_STEPS = 20  # straight onto the surface, at the end
 ROUGH, ROUGH_STEPS = 1e-4, 16.0  # the same, while several starts are compared
@@ -193,7 +194,8 @@ def project_block(
     """The closest trusted points of the surface to states (n, D) into `out`, and whether one was met, into `met`.
 
     A state near the surface is projected from itself, outside the demonstrations too. One far off could meet the
-    surface anywhere, also where nothing was demonstrated: see `project_far`.
+    surface anywhere, also where nothing was demonstrated: see `project_far`. So could one about which the anchors
+    disagree, unless it is as good as on the surface and they speak of one sheet.
     """
     evaluate(surface, field, states, scratch)
     near = np.zeros(len(states), np.bool_)
@@ -201,8 +203,9 @@ def project_block(
         copy(states[i], out[i])
         off = norm(scratch.normals[i])
         met[i] = off < TOLERANCE
-        certain = off < CLOSE * surface.radii[scratch.nearest[i, 0]] and scratch.doubts[i] < trust.ghost
-        near[i] = certain and not met[i]
+        doubt = scratch.doubts[i]
+        certain = doubt < GHOST * trust.doubt or off < doubt < trust.ghost
+        near[i] = certain and off < CLOSE * surface.radii[scratch.nearest[i, 0]] and not met[i]
     chosen = np.flatnonzero(near)
     targets = states[chosen]
     points = targets.copy()
