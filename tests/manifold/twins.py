@@ -136,7 +136,7 @@ def project_state(surface, field, trust, state):
     off = np.linalg.norm(normal)
     if off < 0.25 * surface.radii[order[0]] and (doubt < 10.0 * trust.doubt or off < doubt < trust.ghost):
         point, met = descend(surface, field, np.inf, np.inf, trust.cap, state, state)
-        if met:
+        if met and (doubt < 10.0 * trust.doubt or np.linalg.norm(state - point) < doubt):
             return point, True
     anchors = surface.points.T[starts(surface, trust, state)]
     foot, met = step_back(surface, field, anchors[0], 1e-10)
