@@ -5,6 +5,7 @@ import numpy as np
 from skillfold.experiments.point_sets import draw_circle, draw_plane, draw_sphere
 
 __all__ = [
+    "crease",
     "cylinder",
     "draw_circle",
     "draw_plane",
@@ -50,6 +51,12 @@ def sheet(D, d):
         return rotated(np.hstack([u, u**2 @ bends]), rng)
 
     return draw
+
+
+def crease(count, rng, inner=1.0):
+    """A sheet in four dimensions with an edge across its middle, smooth on either side."""
+    u = inner * rng.uniform(-1, 1, (count, 2))
+    return np.column_stack([u, 0.6 * np.maximum(u[:, 0], 0.0), 0.3 * np.sin(2 * u[:, 1])])
 
 
 def cylinder(free):

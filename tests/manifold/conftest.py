@@ -49,6 +49,12 @@ def recorded():
 
 
 @pytest.fixture(scope="session")
+def creased():
+    """Two smooth halves that meet at an angle, without noise."""
+    return fit(clouds.crease(100, np.random.default_rng(1)), 2, 20)
+
+
+@pytest.fixture(scope="session")
 def skills(sphere, arm, cylinder, recorded):
     return Skills(zip(KINDS, (sphere, arm, cylinder, recorded), strict=True))
 

@@ -75,4 +75,4 @@ def random_model(seed, D, d, M, K, degree):
         1.0 / (2.0 * 0.8**2),
         np.ascontiguousarray(np.transpose(slopes(centres), (2, 1, 0))),
     )
-    return RandomModel(surface, field, Trust(0.5, 0.2, 0.4, rng.random(M) < 0.7), rng)
+    return RandomModel(surface, field, Trust(0.5, 0.2, 0.4, rng.random(M) < 0.7, 2.0), rng)

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from manifold import clouds
+from skillfold.experiments.upright import LWR4, upright_poses
 from skillfold.manifold.free import normal_spectrum, split_directions
+from skillfold.manifold.free_slopes import common_slope, without_slope
 
 BENT = {
     "sphere": (clouds.draw_sphere, 2),
@@ -36,6 +38,41 @@ def test_the_lines_of_circle_times_lines_are_found(free, noise, dim):
         assert [t.setting for t in trials if t.choice == "free directions"] == [
             f"{free} of {2 + free} free, d = {1 + free}"
         ]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_joints_that_an_upright_tool_leaves_free_are_found_exactly(seed):
+    """The base's yaw and the last roll, from few samples with noise; local planes alone miss them by a fiftieth."""
+    x = clouds.normalised(upright_poses(LWR4, 500, np.random.default_rng(seed)))
+    split, _ = split_directions(x, None, None, False, 0)
+    joints = np.eye(7)[:, [0, 6]]
+    assert split.free.shape == (7, 2)
+    assert np.linalg.norm(joints - split.free @ (split.free.T @ joints), axis=0).max() < 0.008
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_turn_off_the_free_directions_is_taken_back(noise):
+    """Of a circle × two lines, from directions that are wrong by a thirtieth or so."""
+    rng = np.random.default_rng(4)
+    x, lines = clouds.cylinder(2)(400, rng)
+    x = x + noise * rng.normal(size=x.shape)
+    wrong = np.linalg.qr(np.hstack([lines.T + 0.03 * rng.normal(size=(4, 2)), rng.normal(size=(4, 2))]))[0]
+    kept, free = without_slope(x, wrong[:, 2:], wrong[:, :2], 1, np.arange(400), 1)
+    before, after = (np.linalg.norm(lines.T - f @ (f.T @ lines.T)) for f in (wrong[:, :2], free))
+    assert before > 0.02
+    assert after < 0.2 * before
+    np.testing.assert_allclose(np.hstack([kept, free]).T @ np.hstack([kept, free]), np.eye(4), atol=1e-12)
+
+
+def test_the_common_slope_of_a_sheared_sheet():
+    """A parabola whose place and height both move with a third coordinate: sheared back in a few turns."""
+    rng = np.random.default_rng(0)
+    u, z = rng.uniform(-1, 1, (2, 300))
+    left = np.array([0.02, -0.05])
+    for _ in range(4):
+        inner = np.column_stack([u, 0.3 * u**2]) + z[:, None] * left
+        left = left - common_slope(inner, z[:, None], 1, np.arange(300), 1)[:, 0]
+    assert np.abs(left).max() < 1e-4
 
 
 @pytest.mark.parametrize("name", BENT)

@@ -63,6 +63,20 @@ def test_project_states_in_batches_and_alone(model, spread):
         np.testing.assert_allclose(alone[0], point, atol=1e-8)
 
 
+@pytest.mark.parametrize(("spread", "ghost"), [(0.02, 0.03), (0.02, 1.0), (0.3, 1.0)])
+def test_project_states_about_which_anchors_disagree(model, spread, ghost):
+    """More than usually: on the surface and off it, about one sheet and about several."""
+    trust = model.trust._replace(doubt=0.002, ghost=ghost)
+    states = model.states(12, spread)
+    on = projection.project_near(*arrays(model), trust, states, states)[0]
+    states = np.concatenate([states, on + 1e-5 * model.rng.normal(size=on.shape)])
+    points, met = projection.project_states(*arrays(model), trust, states)
+    for state, point, good in zip(states, points, met, strict=True):
+        expected, found = twins.project_state(*arrays(model), trust, state)
+        assert good == found
+        np.testing.assert_allclose(point, expected, atol=1e-8)
+
+
 def test_project_states_in_several_blocks(model):
     states = model.states(projection.BLOCK + 3, 0.1)
     points, met = projection.project_states(*arrays(model), model.trust, states)

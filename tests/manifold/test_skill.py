@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from manifold import clouds
+from manifold.conftest import fit
 from manifold.kernels import surface
 from manifold.laws import SURFACES, law, law_of_surfaces, states_about
 
@@ -85,6 +86,41 @@ def test_tracked_states_keep_the_answer_on_their_sheet(skills, kind, seed):
     back = skill.project(pushed, near=on)
     assert skill.distance(back).max() < 1e-7 * skill.model.scale
     assert (np.linalg.norm(back - pushed, axis=1) <= np.linalg.norm(on - pushed, axis=1) * (1 + 1e-5)).all()
+
+
+def test_next_to_the_surface_no_state_is_moved_far(creased):
+    """Where anchors disagree by a small share of the distance between samples, they still speak of one surface.
+
+    At a crease, in samples without noise, that is many times more than they usually disagree by.
+    """
+    rng, model = np.random.default_rng(0), creased.model
+    states = clouds.crease(6000, rng, inner=0.8)
+    on = creased.project(states, near=states)
+    on = creased.project(on, near=on) + 1e-6 * rng.normal(size=on.shape)
+    scratch = surface.make_scratch(model.surface, model.field, len(on))
+    surface.evaluate(model.surface, model.field, model.encode(on), scratch)
+    unusual = scratch.doubts > 10.0 * model.trust.doubt
+    one = scratch.doubts < 0.2 * model.trust.spacing
+    assert (unusual & one).sum() > 10
+    moved = np.linalg.norm(creased.project(on) - on, axis=1)
+    assert moved[one].max() < 1e-5
+    assert creased.distance(on)[one].max() < 1e-5
+
+
+def test_between_two_sheets_a_state_goes_to_one_of_them():
+    """Their blend is no surface, without noise either: it lies between them, who are farther apart than samples."""
+    rng = np.random.default_rng(1)
+
+    def bowl(places, height):
+        return np.column_stack([places, 0.2 * (places**2).sum(1) + height])
+
+    sheets = bowl(rng.uniform(-1, 1, (400, 2)), np.where(np.arange(400) % 2, 0.3, -0.3))
+    skill = fit(sheets, 2, 5, neighbors=30)
+    between = bowl(rng.uniform(-0.8, 0.8, (200, 2)), rng.uniform(-0.02, 0.02, 200))
+    on = skill.project(between)
+    height = on[:, 2] - 0.2 * (on[:, :2] ** 2).sum(1)
+    assert np.abs(np.abs(height) - 0.3).max() < 1e-4
+    assert skill.distance(between).min() > 0.25
 
 
 def test_of_a_sphere_all_is_known(sphere):

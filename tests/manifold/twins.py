@@ -133,9 +133,10 @@ def project_state(surface, field, trust, state):
     normal, _, _, doubt = displacement(surface, field, state)
     if np.linalg.norm(normal) < 1e-10:
         return state, True
-    if np.linalg.norm(normal) < 0.25 * surface.radii[order[0]] and doubt < 10.0 * trust.doubt:
+    off = np.linalg.norm(normal)
+    if off < 0.25 * surface.radii[order[0]] and (doubt < 10.0 * trust.doubt or off < doubt < trust.ghost):
         point, met = descend(surface, field, np.inf, np.inf, trust.cap, state, state)
-        if met:
+        if met and (doubt < 10.0 * trust.doubt or np.linalg.norm(state - point) < doubt):
             return point, True
     anchors = surface.points.T[starts(surface, trust, state)]
     foot, met = step_back(surface, field, anchors[0], 1e-10)
@@ -153,7 +154,7 @@ def project_state(surface, field, trust, state):
 def distance(surface, field, trust, state, enough):
     """Length of the displacement, and of a great doubt, where that is small enough; else to the projection."""
     normal, _, _, doubt = displacement(surface, field, state)
-    off = np.linalg.norm(normal) if doubt <= 10.0 * trust.doubt else np.sqrt((normal**2).sum() + doubt**2)
+    off = np.linalg.norm(normal) if doubt <= trust.ghost else np.sqrt((normal**2).sum() + doubt**2)
     if off <= enough:
         return off
     return np.linalg.norm(project_state(surface, field, trust, state)[0] - state)

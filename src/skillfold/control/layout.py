@@ -8,7 +8,6 @@ from skillfold.clearance import Compiled
 from skillfold.control.kernels import step as at
 from skillfold.control.settings import Bounds
 from skillfold.control.timing import Reference
-from skillfold.manifold.kernels.projection import GHOST
 from skillfold.manifold.model import Model
 from skillfold.motion import Array
 from skillfold.tables import ENTRY, Table, table_of
@@ -41,7 +40,7 @@ def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turni
         at.CENTRE: model.centre,
         at.KEPT: model.kept,
         at.NUMBERS: np.array(
-            [field.precision, model.scale, model.trust.cap, FAR * model.trust.spacing, GHOST * model.trust.doubt]
+            [field.precision, model.scale, model.trust.cap, FAR * model.trust.spacing, model.trust.ghost]
         ),
         at.REFERENCE: np.zeros((3, D)),
         at.BASIS: np.zeros(field.weights.shape[:2]),

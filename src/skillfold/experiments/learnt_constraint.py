@@ -11,7 +11,6 @@ import numpy as np
 
 from skillfold.check import OUTSIDE
 from skillfold.jit import njit
-from skillfold.manifold.kernels.projection import GHOST
 from skillfold.manifold.kernels.small import norm
 from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
 from skillfold.tables import (
@@ -53,7 +52,7 @@ class LearntConstraint:
         self._table = table_of(_arrays(model, self.codim), SLOTS, model)
         self._value, self._jacobian = self._table.arrays[VALUE], self._table.arrays[JACOBIAN]
         self._squares, self._doubts = (self._table.arrays[slot].reshape(1, -1) for slot in (SQUARES, DOUBTS))
-        self._farthest, self._most_doubt = (OUTSIDE * model.trust.spacing) ** 2, GHOST * model.trust.doubt
+        self._farthest, self._most_doubt = (OUTSIDE * model.trust.spacing) ** 2, model.trust.ghost
 
     def value(self, x: Array) -> Array:
         """Of the function, (c,), at a state (D,); overwritten by the next call."""

@@ -20,7 +20,7 @@ def project_onto_a_line() -> None:
     surface = build_surface(points, *maps, ones, monomials(1, 1))
     field = Field(np.zeros((2, 1)), 1.0, np.array([[[1.0], [0.0]]]))
     states = np.ones((1, 2))
-    project_states(surface, field, Trust(1.0, 1.0, 1.0, np.ones(ANCHORS, bool)), states)
+    project_states(surface, field, Trust(1.0, 1.0, 1.0, np.ones(ANCHORS, bool), 1.0), states)
     table = tabled(surface, field, np.zeros(2), np.eye(2), 1.0)
     nearest_distances(table.entries, states)
 

@@ -1,7 +1,8 @@
 """The manifold's dimension, from the spectra of local covariances at several scales (paper 000, section III-D).
 
 The paper raises d until the training error flattens. On held-out edges that knee is often missed; the largest
-gap in the local spectra is not.
+gap in the local spectra is not. What bends off the tangent space may look like one more dimension of a wide
+neighbourhood: it is told by how it grows with it.
 """
 
 from typing import Any
@@ -15,23 +16,28 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 CENTRES = 1500  # samples whose surroundings are looked at
 FLOOR = 0.05  # of a local extent relative to the largest: smaller ones count as none
+BENT = 1.0  # power of the neighbourhood's size that a relative extent grows with: dimensions keep theirs
 
 
 def local_extents(samples: Array, k: int, seed: int) -> Array:
-    """Median extent along each local principal direction at k neighbours, relative to the largest; (D,)."""
+    """Median rms extent along each local principal direction at k neighbours, the largest first; (D,)."""
     count = min(CENTRES, len(samples))
     chosen = np.random.default_rng(seed).choice(len(samples), count, replace=False)
     around = samples[KDTree(samples).query(samples[np.sort(chosen)], k + 1)[1]]
     centred = around - around.mean(1, keepdims=True)
     values = np.linalg.eigvalsh(np.swapaxes(centred, 1, 2) @ centred)[:, ::-1]
-    typical = np.sqrt(np.maximum(np.median(values, axis=0), 0.0))
-    return np.maximum(typical / max(float(typical[0]), 1e-300), FLOOR)
+    return np.sqrt(np.maximum(np.median(values, axis=0), 0.0) / (k + 1))
 
 
-def scales(n_samples: int, n_dims: int, doublings: int = 3) -> list[int]:
-    """Neighbourhood sizes to look at: none larger than a sixth of the samples."""
+def scales(n_samples: int, n_dims: int, doublings: int = 3, finest: bool = False) -> list[int]:
+    """Neighbourhood sizes to look at: none larger than a sixth of the samples.
+
+    The finest is hardly larger than what spans the space; it shows dimensions in which the samples spread little.
+    """
     wanted = [k for k in (2 ** (i + 1) * n_dims + 2 for i in range(doublings)) if k <= n_samples / 6]
-    return wanted or [max(n_dims, min(2 * n_dims + 2, n_samples - 1))]
+    if not wanted:
+        return [max(n_dims, min(2 * n_dims + 2, n_samples - 1))]
+    return [n_dims + 2, *wanted] if finest else wanted
 
 
 def choose_dimension(samples: Array, few_recordings: bool, seed: int, doublings: int = 3) -> tuple[int, list[Trial]]:
@@ -45,10 +51,11 @@ def choose_dimension(samples: Array, few_recordings: bool, seed: int, doublings:
         doublings: neighbourhood sizes looked at, each about twice the one before.
     """
     D = samples.shape[1]
-    gaps = np.zeros(D)
-    for k in scales(len(samples), D, doublings):
-        extents = local_extents(samples, min(k, len(samples) - 1), seed)
-        gaps[1:] = np.maximum(gaps[1:], extents[:-1] / extents[1:])
+    # Of recordings, the nearest few samples are those of one of them.
+    sizes = scales(len(samples), D, doublings, not few_recordings)
+    extents = np.array([local_extents(samples, min(k, len(samples) - 1), seed) for k in sizes])
+    largest = np.maximum(extents[:, :1], 1e-300)
+    gaps = np.append(0.0, gaps_after(np.maximum(extents / largest, FLOOR), largest, not few_recordings))
     best = 1 + int(gaps[1:].argmax()) if D > 1 else 1
     if few_recordings:
         best = 1 + int(np.flatnonzero(gaps[1:] >= 0.5 * gaps[best])[0])
@@ -57,3 +64,21 @@ def choose_dimension(samples: Array, few_recordings: bool, seed: int, doublings:
         for d in range(1, D)
     ]
     return best, trials
+
+
+def gaps_after(extents: Array, sizes: Array, bends: bool) -> Array:
+    """The gap after each of D - 1 directions, the widest over all scales.
+
+    A gap after what bends counts at the smallest scale alone: a bend is off the tangent space by the square of the
+    distance, so relative to that it grows with it, and in wide neighbourhoods hides the gap before it.
+
+    Args:
+        extents: (scales, D), relative.
+        sizes: (scales, 1) of the neighbourhoods.
+        bends: whether to look for them; side by side, few recordings look wider in wide neighbourhoods, too.
+    """
+    gaps = extents[:, :-1] / extents[:, 1:]
+    if len(gaps) == 1 or not bends:
+        return gaps.max(0)
+    bent = extents[1] / extents[0] >= (sizes[1] / sizes[0]) ** BENT
+    return np.where(bent[:-1], gaps[0], gaps.max(0))

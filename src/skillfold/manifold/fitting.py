@@ -15,7 +15,7 @@ from skillfold.manifold.inputs import amount, seed_of, whole
 from skillfold.manifold.kernels.judging import displacements
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
-from skillfold.manifold.model import Model, as_maps, build_surface
+from skillfold.manifold.model import Model, as_maps, build_surface, trust_in
 from skillfold.manifold.polynomials import monomials, terms_of
 from skillfold.manifold.selection import choose_field
 from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
@@ -214,7 +214,7 @@ def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
     table = tabled(surface, field, np.zeros(inner), np.eye(inner), 1.0)
     found = displacements(table.entries, surface.rows, np.inf)[2]
     usual = max(float(np.median(found)), NO_DOUBT)
-    return Trust(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
+    return trust_in(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
 
 
 def _calibrate(inner: Array, anchors: Array, judged: Chosen) -> tuple[float, float]:

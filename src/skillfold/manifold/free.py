@@ -3,7 +3,7 @@
 An upright tool does not care for the base's yaw, nor for the last joint's roll. With them, few samples are spread
 over many dimensions; without them the same samples lie close together. Found by the average of the local normal
 projectors: a direction that no normal touches is free. Neighbourhoods and normals are refined in turns, measuring
-distance the less along a direction, the less normals touch it.
+distance the less along a direction, the less normals touch it. What was found is made exact in `free_slopes`.
 """
 
 from dataclasses import dataclass
@@ -14,6 +14,8 @@ from scipy.spatial import KDTree
 
 from skillfold.manifold.anchors import held_out_residuals, nearest_others
 from skillfold.manifold.dimension import choose_dimension
+from skillfold.manifold.free_slopes import without_slope
+from skillfold.manifold.shapes import spread_out
 from skillfold.manifold.table import Trial
 from skillfold.manifold.threads import in_parts
 
@@ -63,8 +65,7 @@ def _normals(samples: Array, metric: Array, codim: int, chosen: Indices, jobs: i
 def normal_spectrum(samples: Array, codim: int, seed: int, jobs: int = 1) -> tuple[Array, Array]:
     """How much normals touch each of D orthonormal directions (ascending, 0 to 1), and these as columns."""
     D = samples.shape[1]
-    rng = np.random.default_rng(seed)
-    chosen = np.sort(rng.choice(len(samples), min(CENTRES, len(samples)), replace=False))
+    chosen = spread_out(len(samples), CENTRES, seed)
     metric, touched, directions = np.eye(D), np.ones(D), np.eye(D)
     for _ in range(ROUNDS):
         normals = _normals(samples, metric, codim, chosen, jobs)
@@ -113,7 +114,17 @@ def split_directions(
             if gap > best_gap and _holds(samples, groups, candidate, Split(whole.kept, whole.free, D - codim), seed):
                 best, best_gap = candidate, gap
     trials = [Trial(t.choice, t.setting, t.score, t.measure, t.setting == f"d = {plain}") for t in trials]
-    return best, trials + _split_trials(best, best_gap, D)
+    return _turned(samples, best, seed, jobs), trials + _split_trials(best, best_gap, D)
+
+
+def _turned(samples: Array, split: Split, seed: int, jobs: int) -> Split:
+    """The same split made exact, unless that would take it to directions that do not count as free."""
+    if not split.free.shape[1]:
+        return split
+    chosen = spread_out(len(samples), CENTRES, seed)
+    kept, free = without_slope(samples, split.kept, split.free, split.dim, chosen, jobs)
+    off = np.linalg.norm(split.kept.T @ free, axis=0)
+    return Split(kept, free, split.dim) if (off**2 < TOUCHED).all() else split
 
 
 def _split_trials(split: Split, gap: float, D: int) -> list[Trial]:
@@ -127,7 +138,7 @@ def _holds(samples: Array, groups: Indices | None, split: Split, whole: Split, s
 
     Without them all samples lie closer together: judged by its nearest few, any split would look good.
     """
-    chosen = np.sort(np.random.default_rng(seed).choice(len(samples), min(JUDGED, len(samples)), replace=False))
+    chosen = spread_out(len(samples), JUDGED, seed)
     k = min(3 * (whole.dim + 1), len(samples) // 2)
     others = nearest_others(samples, chosen, k, groups)
     reach = np.linalg.norm(samples[others] - samples[chosen, None], axis=2).max(1)

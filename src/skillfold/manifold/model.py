@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
+from skillfold.manifold.kernels.projection import GHOST
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.polynomials import Monomials
@@ -22,6 +23,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 LISTED = 48  # neighbours that each anchor knows
 MANY = 192  # anchors from which on it is faster to ask them than to ask all
 LANES = 8  # numbers that a compiled loop takes at a time
+APART = 0.2  # of the spacing: anchors that disagree by less speak of one sheet
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,17 @@ def build_surface(points: Array, tangents: Array, bends: Array, radii: Array, ta
     padded = np.zeros((*bends.shape[:2], -(-bends.shape[2] // LANES) * LANES))
     padded[..., : bends.shape[2]] = bends
     return Surface(points, rows, tangents, padded, neighbours, distances.max(1, initial=0.0), radii, *table)
+
+
+def trust_in(spacing: float, doubt: float, cap: float, sure: Any) -> Trust:
+    """How far a surface is believed; see `Trust` for the arguments.
+
+    The blend of two sheets h apart, which disagree by δ, lies about δ²/h beside the nearer one. No sheets can be told
+    apart that are nearer each other than samples are: while δ is a small share of the spacing, the blend is off by
+    the square of that share at most. With next to no noise a usual doubt says little of sheets, but much of how
+    steady the surface is at its anchors.
+    """
+    return Trust(spacing, doubt, cap, sure, max(GHOST * doubt, APART * spacing))
 
 
 def as_maps(frames: Array, coefficients: Array, radii: Array) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from skillfold.manifold.kernels.judging import displacements, nearest_distances
 from skillfold.manifold.kernels.leaf import field_bases, follow_leaf
-from skillfold.manifold.kernels.projection import GHOST, project_near, project_states
+from skillfold.manifold.kernels.projection import project_near, project_states
 from skillfold.manifold.model import Model
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -61,7 +61,7 @@ def judge(model: Model, states: Array, enough: float) -> tuple[Array, Array]:
 
     A state nearer than `enough` is not projected: there its displacement tells all that was asked.
     """
-    off, nearest, _ = displacements(model.table, states, GHOST * model.trust.doubt * model.scale)
+    off, nearest, _ = displacements(model.table, states, model.trust.ghost * model.scale)
     if off.max(initial=0.0) > enough:
         asked = off > enough
         away = states[asked]

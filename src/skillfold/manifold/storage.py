@@ -9,8 +9,8 @@ import numpy as np
 from skillfold import archive
 from skillfold.errors import SkillFileError
 from skillfold.manifold.inputs import whole
-from skillfold.manifold.kernels.surface import Field, Trust
-from skillfold.manifold.model import Model, build_surface
+from skillfold.manifold.kernels.surface import Field
+from skillfold.manifold.model import Model, build_surface, trust_in
 from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.route import Route
 from skillfold.manifold.table import Selection, Trial
@@ -170,7 +170,7 @@ def _model(header: dict[str, Any], arrays: archive.Arrays) -> Model:
         free=_floats(arrays, "free", (D, D - inner)),
         free_extent=_floats(arrays, "free_extent", (D - inner,)),
         edges=edges,
-        trust=Trust(spacing, doubt, cap, sure),
+        trust=trust_in(spacing, doubt, cap, sure),
         **numbers,
     )
 

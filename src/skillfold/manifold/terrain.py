@@ -17,7 +17,6 @@ from skillfold.spaces import StateSpace
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 FARTHEST = 3.0  # spacings of the samples: trees do not go farther from the nearest anchor, unless the ends do
-DOUBT = 10.0  # times the usual disagreement of anchors: where there is more, the surface is not believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +57,7 @@ class Terrain:
         )
         gaps = ((model.encode(ends)[:, None] - model.anchors[None]) ** 2).sum(2).min(1)
         farthest = max((FARTHEST * model.trust.spacing) ** 2, 2.0 * float(gaps.max()))
-        support = Support(farthest, DOUBT * model.trust.doubt)
+        support = Support(farthest, model.trust.ghost)
         return cls(model, obstacles, margin, chart, barrier_of(compiled), support, compiled)
 
     @property

@@ -194,22 +194,26 @@ def project_block(
     """The closest trusted points of the surface to states (n, D) into `out`, and whether one was met, into `met`.
 
     A state near the surface is projected from itself, outside the demonstrations too. One far off could meet the
-    surface anywhere, also where nothing was demonstrated: see `project_far`.
+    surface anywhere, also where nothing was demonstrated: see `project_far`. So could one about which the anchors
+    disagree, unless it is as good as on the surface and they speak of one sheet.
     """
     evaluate(surface, field, states, scratch)
-    near = np.zeros(len(states), np.bool_)
+    near, within = np.zeros(len(states), np.bool_), np.full(len(states), np.inf)
     for i in range(len(states)):
         copy(states[i], out[i])
         off = norm(scratch.normals[i])
         met[i] = off < TOLERANCE
-        certain = off < CLOSE * surface.radii[scratch.nearest[i, 0]] and scratch.doubts[i] < GHOST * trust.doubt
-        near[i] = certain and not met[i]
+        doubt = scratch.doubts[i]
+        certain = doubt < GHOST * trust.doubt or off < doubt < trust.ghost
+        if doubt >= GHOST * trust.doubt:
+            within[i] = doubt  # a foot farther off is not what it is as good as on
+        near[i] = certain and off < CLOSE * surface.radii[scratch.nearest[i, 0]] and not met[i]
     chosen = np.flatnonzero(near)
     targets = states[chosen]
     points = targets.copy()
     found = descend(surface, field, np.inf, np.inf, trust.cap, targets, points, TOLERANCE, STEPS, scratch)
     for k in range(len(chosen)):
-        if found[k]:
+        if found[k] and gap(targets[k], points[k]) < within[chosen[k]] ** 2:
             copy(points[k], out[chosen[k]])
             met[chosen[k]] = True
     chosen = np.flatnonzero(~met)

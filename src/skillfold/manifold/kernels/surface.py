@@ -72,12 +72,14 @@ class Trust(NamedTuple):
         doubt: disagreement between anchors that is usual at the anchors themselves.
         cap: longest single step of a projection.
         sure: (M,) anchors at which the doubt is no larger.
+        ghost: disagreement from which on anchors speak of different sheets: a small displacement then means nothing.
     """
 
     spacing: float
     doubt: float
     cap: float
     sure: Flags
+    ghost: float
 
 
 class Scratch(NamedTuple):

@@ -1,0 +1,81 @@
+"""Free directions made exact: turned until the surface has no slope along them any more.
+
+States may lie far off along a free direction, and a projection keeps how far: an angle of a fiftieth between what
+was found and what is free takes a state a fiftieth of that way off the constraint. Normals of local planes tell the
+angle no better. But samples near each other in the kept directions lie scattered along the free ones, so the slope of
+the surface along these can be read with a long lever.
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces
+from skillfold.manifold.polynomials import design, monomials, terms_of
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+DEGREE = 2  # of the local surfaces beneath
+PER_TERM = 3  # samples a coefficient
+TURNS = 4  # each leaves a quarter of the angle or so, in what normals rarely touch a half
+
+
+def without_slope(
+    samples: Array, kept: Array, free: Array, dim: int, chosen: Indices, jobs: int
+) -> tuple[Array, Array]:
+    """Kept and free directions (D, D - f), (D, f) turned so that the surface has no slope along the free ones.
+
+    Args:
+        samples: (N, D).
+        kept, free: orthonormal columns, nearly right.
+        dim: of the manifold within the kept directions.
+        chosen: (M,) samples around which slopes are looked at.
+        jobs: threads.
+    """
+    f = free.shape[1]
+    for _ in range(TURNS):
+        slope = common_slope(samples @ kept, samples @ free, dim, chosen, jobs)
+        turned = np.linalg.qr(np.hstack([free + kept @ slope, kept]))[0]
+        kept, free = np.ascontiguousarray(turned[:, f:]), np.ascontiguousarray(turned[:, :f])
+    return kept, free
+
+
+def common_slope(inner: Array, free: Array, dim: int, chosen: Indices, jobs: int) -> Array:
+    """The shift of inner coordinates with each free one that best explains the surface's slopes; (D - f, f).
+
+    Around each chosen sample the others' heights n·(x − c) are a polynomial of their place along the surface, plus
+    n·S·z where z are their free coordinates: one S for all, by least squares. What z has in common with the
+    polynomial is taken off first (Frisch and Waugh), as off the heights.
+
+    Args:
+        inner: (N, D - f) kept coordinates.
+        free: (N, f).
+        dim, chosen, jobs: as in `without_slope`.
+    """
+    k = min(PER_TERM * terms_of(dim, DEGREE) + 1, len(inner))
+    around = np.asarray(KDTree(inner).query(inner[chosen], k)[1])
+    local = fit_surfaces(inner, inner[chosen], around, dim, DEGREE, jobs)
+    offsets = np.einsum("mij,mkj->mki", local.frames, inner[around] - inner[chosen][:, None])
+    heights, levers = _apart(local, offsets, offsets[:, :, dim:], free[around])
+    normals = local.frames[:, dim:]
+    projectors = np.einsum("mna,mnb->mab", normals, normals)
+    spreads = np.einsum("mki,mkj->mij", levers, levers)
+    size = inner.shape[1] * free.shape[1]
+    equations = np.einsum("mab,mij->aibj", projectors, spreads).reshape(size, size)
+    right = np.einsum("mna,mkn,mki->ai", normals, heights, levers)
+    # Inner coordinates that no normal touches are left alone: the shortest solution.
+    return np.linalg.lstsq(equations, right.ravel(), rcond=1e-9)[0].reshape(right.shape)
+
+
+def _apart(local: LocalSurfaces, offsets: Array, *values: Array) -> list[Array]:
+    """Values (M, k, m), weighted, less what polynomials of the offsets (M, k, D - f) along the surface explain."""
+    r = np.linalg.norm(offsets, axis=2) / local.radii[:, None]
+    root = np.sqrt((1.0 - r) ** 4 * (4.0 * r + 1.0))[:, :, None]
+    along = offsets[:, :, : local.dim] / local.radii[:, None, None]
+    shape = (*along.shape[:2], -1)
+    terms = design(along.reshape(-1, local.dim), monomials(local.dim, DEGREE)).reshape(shape)
+    basis = np.linalg.qr(root * terms)[0]
+    weighted = [root * v for v in values]
+    return [v - basis @ (np.swapaxes(basis, 1, 2) @ v) for v in weighted]
