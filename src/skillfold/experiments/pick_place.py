@@ -95,7 +95,8 @@ def sets(settings: Settings) -> list[MotionSet]:
     rng = np.random.default_rng(settings.seed)
     mine = own(settings.data)
     first = [mine] if mine else [made(rng, name) for name in MADE[: settings.few(len(MADE), 1)]]
-    return first + recorded(settings.data, SHAPES[: settings.few(len(SHAPES), 1)])
+    others = recorded(settings.data, SHAPES[: settings.few(len(SHAPES), 1)])
+    return first + others[: settings.few(len(others), 1)]
 
 
 def compare_set(motions: MotionSet, settings: Settings) -> Compared:
