@@ -112,20 +112,22 @@ def judged(answer: Answer, learnt: Learnt, world: World) -> Answer:
 
 
 def answers(skills: Sequence[Learnt], seeds: int, settings: Settings) -> list[Answer]:
-    """Every skill asked from `seeds` starts, at each α; every answer judged."""
-    cases = [(*named(learnt), settings.seed, seeds) for learnt in skills]
-    found = in_parallel(_answers, cases, settings.progress, "keyframes: paths", (0.0, 0.4))
+    """Every skill asked from `seeds` starts, at each α, with nothing else under way; then every answer judged."""
+    asked = []
+    for number, learnt in enumerate(skills):
+        settings.progress("keyframes: paths", 0.25 * number / len(skills))
+        warm(learnt)
+        starts = [learnt.start([settings.seed, 2, learnt.draw, i]) for i in range(seeds)]
+        asked.append([ask(learnt, start, alpha, i) for i, start in enumerate(starts) for alpha in ALPHAS])
+    cases = [(*named(learnt), settings.seed, some) for learnt, some in zip(skills, asked, strict=True)]
+    found = in_parallel(_judged, cases, settings.progress, "keyframes: what is true of them", (0.25, 0.45))
     return [answer for some in found for answer in some]
 
 
-def _answers(task: int, draw: int, seed: int, seeds: int) -> list[Answer]:
-    """Those of one skill, in a process of its own."""
+def _judged(task: int, draw: int, seed: int, found: Sequence[Answer]) -> list[Answer]:
+    """Answers of one skill, judged in a process of its own."""
     learnt, world = ready(task, draw, seed)
-    found = []
-    for i in range(seeds):
-        start = learnt.start([seed, 2, draw, i])
-        found += [judged(ask(learnt, start, alpha, i), learnt, world) for alpha in ALPHAS]
-    return found
+    return [judged(answer, learnt, world) for answer in found]
 
 
 def named(learnt: Learnt) -> tuple[int, int]:
@@ -135,9 +137,8 @@ def named(learnt: Learnt) -> tuple[int, int]:
 
 @lru_cache(2)
 def ready(task: int, draw: int, seed: int) -> tuple[Learnt, World]:
-    """A skill and its world, warm."""
+    """A skill and its world."""
     learnt = learn(tasks()[task], draw, Settings(seed))
-    warm(learnt)
     return learnt, World(learnt.task.robot, learnt.task.scene)
 
 

@@ -99,7 +99,8 @@ def smoothed(terrain: Terrain, rough: Array, spacing: float) -> tuple[Array, int
 def renewed(terrain: Terrain, earlier: Array, spacing: float) -> tuple[Array, int]:
     """The same of an earlier path, which few states and mostly few steps make clear again.
 
-    Where those states keep clear but not the way between them, it takes more states; else more steps.
+    Where those states keep clear but not the way between them, it takes more states; else more steps. What is clear
+    then, if by less than the margin, is kept as well: it leads on at once.
     """
     bent, count, total = earlier, COARSE[0], 0
     for limit in RENEWING:
@@ -107,13 +108,14 @@ def renewed(terrain: Terrain, earlier: Array, spacing: float) -> tuple[Array, in
             bent, _ = terrain.settled(bent, count, smooth=total > 0)
         bent, iterations = _bent(terrain, bent, limit)
         total += iterations
-        if not terrain.keeps_clear(bent):
-            continue
-        path = _read_smoothly(terrain, bent, spacing)
+        clear = terrain.keeps_clear(bent)
+        path = _read_smoothly(terrain, bent, spacing) if clear else bent[:0]
         if len(path):
             return path, total
-        count = COARSE[1]
-    return np.empty((0, earlier.shape[1])), total
+        if count == COARSE[1]:
+            break
+        count = COARSE[1] if clear else count
+    return _read_smoothly(terrain, bent, spacing, 0.0), total
 
 
 def _bent(terrain: Terrain, coarse: Array, limit: int) -> tuple[Array, int]:
@@ -121,10 +123,10 @@ def _bent(terrain: Terrain, coarse: Array, limit: int) -> tuple[Array, int]:
     return bent, iterations
 
 
-def _read_smoothly(terrain: Terrain, coarse: Array, spacing: float) -> Array:
-    """The smooth path through few states, dense; empty where it is not clear."""
+def _read_smoothly(terrain: Terrain, coarse: Array, spacing: float, margin: float | None = None) -> Array:
+    """The smooth path through few states, dense; empty where it keeps no margin, the terrain's unless given."""
     path, settled = terrain.settled(coarse, states_for(coarse, spacing), smooth=True)
-    return path if settled and terrain.is_clear(path) else np.empty((0, coarse.shape[1]))
+    return path if settled and terrain.is_clear(path, margin) else path[:0]
 
 
 def states_for(path: Array, spacing: float) -> int:
