@@ -11,7 +11,7 @@ from skillfold.viewing.reproduced.result import Experiment, Picture, Result
 DRAWS, STARTS = (12, 2), (4, 2)  # of demonstrations, and on each, of tasks: many, and for a first look
 SKILLS, POSES = (100, 12), (50, 20)  # that tell what is learnt
 TURNED = (60, 4)  # draws that tell which way paths go: they are many, for the way varies more from draw to draw
-RUNS = (keyframe_cost.RUNS, 2)
+RUNS = (keyframe_cost.RUNS, 1)
 
 TASKS = (
     "The demonstrations are drawn from Gaussians that stand in the tasks and no learner sees: seven of two "
