@@ -17,7 +17,7 @@ ROOM = 4000  # nodes of both trees together
 SHORTCUTS, MORE_SHORTCUTS = 30, 150  # tried before a path is made smooth, and where it cannot be
 COARSE = (24, 48, 96)  # states of the path that is made smooth, the more where the fewer do not keep clear
 SMOOTH_STEPS, SMOOTHED = 40, 2e-3  # of the smoothing at most, and its last step in rms radii
-RENEWING = (10, 30, 30)  # steps with which an earlier path is bent, and more where they do not suffice
+RENEWING = (10, 15, 15, 30)  # steps with which an earlier path is bent, and more where they do not suffice
 CAP = 0.3  # longest step of a state, rms radii
 
 
