@@ -175,3 +175,11 @@ def test_where_samples_are_dense_the_surfaces_reach_from_anchor_to_anchor():
     assert skill.noise == pytest.approx(0.01, rel=0.2)
     anchors = skill.model.centre + skill.model.scale * skill.model.anchors @ skill.model.kept.T
     assert np.median(np.abs(np.linalg.norm(anchors, axis=1) - 1)) < 0.3 * 0.01
+
+
+@pytest.mark.parametrize("n", [8, 14, 30])
+@pytest.mark.parametrize("given", [{}, {"kernels": 5}, {"ridge": 1e-5}, {"kernels": 5, "ridge": 1e-5}])
+def test_few_samples_are_learnt_whatever_is_given(n, given):
+    x = np.linspace(-1.0, 1.0, n)
+    skill = sf.SkillManifold.fit(np.column_stack([x, x**2]), dim=1, **given)
+    assert skill.dim == 1 and np.isfinite(skill.distance([0.1, 0.2]))

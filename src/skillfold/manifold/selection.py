@@ -109,7 +109,7 @@ def choose_field(
     counts = [kernels] if kernels else [k for k in KERNELS if k <= max(5, len(samples) // 3)]
     placed = [Features.place(samples, k, seed) for k in counts]
     plain = ridge or PLAIN_RIDGE
-    if kernels and ridge:
+    if len(placed) == 1 and ridge:  # nothing to choose: of few samples no more kernels than the fewest are tried
         return placed[0], ridge, []
     # Where K is known, only λ is asked for, which matters little.
     looked_at = edges[spread_out(len(edges), FEW_EDGES if kernels else EDGES, seed)]
