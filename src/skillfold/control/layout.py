@@ -17,33 +17,16 @@ FAR = 4.0  # times the usual distance to the demonstrations: no foot is looked f
 
 def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turning: Array) -> Table:
     """Table without reference, dynamics and obstacles."""
-    surface, field = model.surface, model.field
-    D = model.n_dims
+    D, E = model.kept.shape
     memory = np.zeros(at.CELLS)
     memory[[at.BLOCKED, at.SWEEP]] = np.inf
     rows = {
         slot: np.zeros(D) for slot in (at.Q, at.QD, at.GOOD, at.LAST, at.SEEN, at.FOOT, at.ACCELERATION, at.TORQUE)
     }
-    slots = rows | {
-        at.POINTS: surface.points,
-        at.ROWS: surface.rows,
-        at.TANGENTS: surface.tangents.reshape(-1, surface.tangents.shape[2]),
-        at.BENDS: surface.bends.reshape(-1, surface.bends.shape[2]),
-        at.NEIGHBOURS: surface.neighbours,
-        at.REACHES: surface.reaches,
-        at.RADII: surface.radii,
-        at.PARENTS: surface.parents,
-        at.FACTORS: surface.factors,
-        at.DEGREES: surface.degrees,
-        at.CENTRES: field.centres,
-        at.WEIGHTS: field.weights.reshape(-1, field.weights.shape[2]),
-        at.CENTRE: model.centre,
-        at.KEPT: model.kept,
-        at.NUMBERS: np.array(
-            [field.precision, model.scale, model.trust.cap, FAR * model.trust.spacing, model.trust.ghost]
-        ),
+    own = {
+        at.NUMBERS: np.array([model.trust.cap, FAR * model.trust.spacing, model.trust.ghost]),
         at.REFERENCE: np.zeros((3, D)),
-        at.BASIS: np.zeros(field.weights.shape[:2]),
+        at.BASIS: np.zeros((len(model.field.weights), E)),
         at.GAINS: gains,
         at.VELOCITY: _finite(bounds.velocity),
         at.RISE: _finite(bounds.acceleration),
@@ -60,7 +43,7 @@ def table_for(model: Model, bounds: Bounds, reaction: float, gains: Array, turni
         at.NOTHING: np.zeros(0),
         at.WORK: np.zeros((8, D)),
     }
-    return table_of(slots, at.SLOTS)
+    return table_of({**model.arrays, **rows, **own}, at.SLOTS)
 
 
 def put(table: Table, slot: int, array: Any) -> None:

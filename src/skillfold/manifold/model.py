@@ -4,6 +4,7 @@ Inside, states are centred, divided by the rms radius of the samples, and stripp
 everywhere; outside, they are as the user gave them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -60,6 +61,11 @@ class Model:
     def table(self) -> Indices:
         """The model as compiled loops take it from Python."""
         return self._table.entries
+
+    @property
+    def arrays(self) -> Mapping[int, np.ndarray[Any, Any]]:
+        """What the table points to, by slot, for tables that hold more than a model."""
+        return self._table.arrays
 
     @cached_property
     def _table(self) -> Table:

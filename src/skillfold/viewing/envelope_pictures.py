@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from skillfold.motion import Array
@@ -117,3 +118,13 @@ def _room(ax: Any, points: Array) -> None:
     low, high = points.min(0), points.max(0)
     room = 0.04 * (high - low).max()
     ax.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
+
+
+def legend() -> list[Line2D]:
+    """What the colours of the two Gaussians and of the envelope stand for."""
+    dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6.0}
+    return [
+        Line2D([], [], color=PARENT, label="first Gaussian", **dot),
+        Line2D([], [], color=CHILD, label="second Gaussian", **dot),
+        Line2D([], [], color=TUNNEL, linewidth=2.0, label="edge of the envelope"),
+    ]

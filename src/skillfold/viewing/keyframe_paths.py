@@ -12,9 +12,9 @@ from skillfold.experiments.keyframe_demo import Chapter, Story
 from skillfold.experiments.keyframe_runs import ALPHAS
 from skillfold.motion import Array
 from skillfold.robots.shapes import Box
-from skillfold.viewing.envelope_pictures import AZIMUTH, CHILD, ELEVATION, PARENT, space, view
+from skillfold.viewing.envelope_pictures import AZIMUTH, ELEVATION, legend, space, view
 from skillfold.viewing.keyframe_pictures import COLORS, LOOKS
-from skillfold.viewing.style import INK, TUNNEL, figure, save, style
+from skillfold.viewing.style import INK, figure, save, style
 
 WIDE, HIGH = 5.6, 3.9  # inches of a panel
 ROUND = 48  # corners of a cylinder's outline
@@ -92,11 +92,8 @@ def _hull(points: Array) -> Array:
 
 
 def _legend() -> list[Line2D]:
-    dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6.0}
     return [
-        Line2D([], [], color=PARENT, label="first Gaussian", **dot),
-        Line2D([], [], color=CHILD, label="second Gaussian", **dot),
-        Line2D([], [], color=TUNNEL, linewidth=2.0, label="edge of the envelope"),
-        Line2D([], [], color=INK, label="start", **dot),
+        *legend(),
+        Line2D([], [], color=INK, label="start", linestyle="none", marker="o", markersize=6.0),
         Line2D([], [], color=COLORS[0], linewidth=2.0, label="paths of the tool"),
     ]

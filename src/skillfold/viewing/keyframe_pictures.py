@@ -16,7 +16,7 @@ from skillfold.experiments.keyframe_demo import Chapter, Story
 from skillfold.experiments.keyframe_runs import ALPHAS
 from skillfold.motion import Array
 from skillfold.robots.shapes import Box
-from skillfold.viewing.envelope_pictures import CHILD, PARENT, flat, positions
+from skillfold.viewing.envelope_pictures import CHILD, PARENT, flat, legend, positions
 from skillfold.viewing.style import INK, PLANS, TUNNEL, figure, save, style
 
 COLORS = (*PLANS, "#7a3b8f")
@@ -159,11 +159,8 @@ def rgb(color: str) -> tuple[float, float, float]:
 
 
 def _legend() -> list[Line2D]:
-    dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6.0}
     return [
-        Line2D([], [], color=PARENT, label="first Gaussian", **dot),
-        Line2D([], [], color=CHILD, label="second Gaussian", **dot),
-        Line2D([], [], color=TUNNEL, linewidth=2.0, label="edge of the envelope"),
+        *legend(),
         Line2D([], [], color=INK, linewidth=2.0, label="paths of the tool"),
         Line2D([], [], color=INK, linewidth=0.9, alpha=0.6, label="tree"),
     ]

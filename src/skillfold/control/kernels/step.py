@@ -13,34 +13,30 @@ from skillfold.control.kernels.reference import evaluate
 from skillfold.jit import function_at, njit
 from skillfold.manifold.kernels.projection import descend, gap
 from skillfold.manifold.kernels.small import copy
-from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
 from skillfold.manifold.kernels.surface import evaluate as evaluate_surface
-from skillfold.tables import Indices, address, index_matrix, indices, matrix, reals_at, vector
+from skillfold.manifold.kernels.surface import make_scratch
+from skillfold.manifold.kernels.tabled import KEPT, SCALE, encode, field_at, surface_at
+from skillfold.tables import Indices, address, indices, matrix, reals_at, vector
 
-# The manifold: arrays of `Surface` and `Field`, those of three dimensions with the first two as one.
-POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
-CENTRES, WEIGHTS = 10, 11
-CENTRE, KEPT = 12, 13  # (D,), (D, E) from states to inner coordinates
-# Precision of the field, scale of inner coordinates, longest step of a projection, how far out and in how much doubt
-# the surface is believed.
-NUMBERS = 14
-KNOTS = 15  # (3 n, D) of the reference
-Q, QD = 16, 17  # (D,) the sample
-GOOD, LAST, SEEN = 18, 19, 38  # (D,) the last one that was used, the last of all, the last believed
-REFERENCE = 20  # (3, D) position, velocity, acceleration that it asks for
-FOOT = 21  # (D,) of the last usable sample
-ACCELERATION, TORQUE = 22, 23  # (D,) the answer
-GAINS = 24  # of `feedback`, then ω of a hold
-VELOCITY, RISE, REACTION, LOWER, UPPER, EFFORT = range(25, 31)  # (D,) limits, all finite
-TURNING = 31  # (D,) whether full turns change nothing
-MEMORY = 32  # see below
-FUNCTIONS = 33  # addresses of inverse dynamics and clearance; 0 is none
-DYNAMICS, OBSTACLES = 34, 35  # their arguments
-NOTHING = 36  # (0,)
-WORK = 37  # (8, D)
-BASIS = 39  # (d, E) tangents at the foot
-EASE = 40  # (D,) acceleration of a reference that gives way
-SLOTS = 41
+# The first slots are those of a model (`tabled`).
+NUMBERS = 16  # longest step of a projection; how far out and in how much doubt the surface is believed
+KNOTS = 17  # (3 n, D) of the reference
+Q, QD = 18, 19  # (D,) the sample
+GOOD, LAST, SEEN = 20, 21, 40  # (D,) the last one that was used, the last of all, the last believed
+REFERENCE = 22  # (3, D) position, velocity, acceleration that it asks for
+FOOT = 23  # (D,) of the last usable sample
+ACCELERATION, TORQUE = 24, 25  # (D,) the answer
+GAINS = 26  # of `feedback`, then ω of a hold
+VELOCITY, RISE, REACTION, LOWER, UPPER, EFFORT = range(27, 33)  # (D,) limits, all finite
+TURNING = 33  # (D,) whether full turns change nothing
+MEMORY = 34  # see below
+FUNCTIONS = 35  # addresses of inverse dynamics and clearance; 0 is none
+DYNAMICS, OBSTACLES = 36, 37  # their arguments
+NOTHING = 38  # (0,)
+WORK = 39  # (8, D)
+BASIS = 41  # (d, E) tangents at the foot
+EASE = 42  # (D,) acceleration of a reference that gives way
+SLOTS = 43
 
 # What is remembered.
 PHASE, RATE, SLOPE, BRAKE = 0, 1, 2, 3  # of the reference: phase [s], its rate, how that changes, how fast it may
@@ -130,38 +126,20 @@ def give_way(t: Indices, elapsed: float) -> None:
 def find_foot(t: Indices) -> None:
     """Move the foot to that of the sample, found from where it is, and find the tangents there."""
     q, foot, basis = vector(t, Q), vector(t, FOOT), matrix(t, BASIS)
-    numbers, centre, kept = vector(t, NUMBERS), vector(t, CENTRE), matrix(t, KEPT)
-    points, weights = matrix(t, POINTS), matrix(t, WEIGHTS)
-    E, M = points.shape
-    d, parents = weights.shape[0] // E, indices(t, PARENTS)
-    surface = Surface(
-        points,
-        matrix(t, ROWS),
-        reals_at(address(t, TANGENTS), (M, d, E)),
-        reals_at(address(t, BENDS), (M, E, matrix(t, BENDS).shape[1])),
-        index_matrix(t, NEIGHBOURS),
-        vector(t, REACHES),
-        vector(t, RADII),
-        parents,
-        indices(t, FACTORS),
-        indices(t, DEGREES),
-    )
-    field = Field(matrix(t, CENTRES), numbers[0], reals_at(address(t, WEIGHTS), (d, E, weights.shape[1])))
+    numbers, kept, scale = vector(t, NUMBERS), matrix(t, KEPT), vector(t, SCALE)[0]
+    surface, field = surface_at(t), field_at(t)
+    E, d = kept.shape[1], field.weights.shape[0]
     scratch = make_scratch(surface, field, 1)
-    state, point = np.zeros((1, E)), np.zeros((1, E))
-    for c in range(q.size):
-        for e in range(E):
-            state[0, e] += (q[c] - centre[c]) * kept[c, e] / numbers[1]
-            point[0, e] += (foot[c] - centre[c]) * kept[c, e] / numbers[1]
+    state, point = encode(t, q.reshape(1, q.size)), encode(t, foot.reshape(1, foot.size))
     first, before = point.copy(), gap(state[0], point[0])
-    descend(surface, field, numbers[3], numbers[4], numbers[2], state, point, TOLERANCE, STEPS, scratch)
+    descend(surface, field, numbers[1], numbers[2], numbers[0], state, point, TOLERANCE, STEPS, scratch)
     if not gap(state[0], point[0]) <= before + SLACK:  # far off, it may run away; the last foot is nearer
         copy(first[0], point[0])
         evaluate_surface(surface, field, point, scratch)
     for c in range(q.size):
         foot[c] = q[c]
         for e in range(E):
-            foot[c] += numbers[1] * kept[c, e] * (point[0, e] - state[0, e])
+            foot[c] += scale * kept[c, e] * (point[0, e] - state[0, e])
     for a in range(d):
         for e in range(E):
             basis[a, e] = scratch.bases[0, a, e]
