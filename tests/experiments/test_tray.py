@@ -109,3 +109,11 @@ def test_a_skill_finds_three_dimensions_and_brings_states_back(weight):
     brought = skill.project(pushed)
     errors = np.linalg.norm(brought - tray.optimum(tray.positions(brought), weight), axis=1)
     assert np.median(errors) < 2e-3
+
+
+def test_a_skill_leaves_optimal_poses_where_they_are():
+    """Also a little outside of the poses it was shown, where its anchors disagree more than they usually do."""
+    skill = SkillManifold.fit(tray.tray_poses(100, np.random.default_rng(5), tray.PAPER_WEIGHT), dim=3, kernels=10)
+    asked = tray.tray_poses(2000, np.random.default_rng(105), tray.PAPER_WEIGHT)
+    assert (skill.inside(asked) > 1.2).any()
+    assert np.linalg.norm(skill.project(asked) - asked, axis=1).max() < 0.1

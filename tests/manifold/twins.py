@@ -134,9 +134,10 @@ def project_state(surface, field, trust, state):
     if np.linalg.norm(normal) < 1e-10:
         return state, True
     off = np.linalg.norm(normal)
-    if off < 0.25 * surface.radii[order[0]] and (doubt < 10.0 * trust.doubt or off < doubt < trust.ghost):
+    within = np.inf if doubt < 10.0 * trust.doubt else trust.ghost if doubt < trust.ghost else 0.0
+    if off < min(0.25 * surface.radii[order[0]], within):
         point, met = descend(surface, field, np.inf, np.inf, trust.cap, state, state)
-        if met and (doubt < 10.0 * trust.doubt or np.linalg.norm(state - point) < doubt):
+        if met and np.linalg.norm(state - point) < within:
             return point, True
     anchors = surface.points.T[starts(surface, trust, state)]
     foot, met = step_back(surface, field, anchors[0], 1e-10)

@@ -195,7 +195,7 @@ def project_block(
 
     A state near the surface is projected from itself, outside the demonstrations too. One far off could meet the
     surface anywhere, also where nothing was demonstrated: see `project_far`. So could one about which the anchors
-    disagree, unless it is as good as on the surface and they speak of one sheet.
+    disagree, unless they speak of one sheet and it is next to that.
     """
     evaluate(surface, field, states, scratch)
     near, within = np.zeros(len(states), np.bool_), np.full(len(states), np.inf)
@@ -204,9 +204,10 @@ def project_block(
         off = norm(scratch.normals[i])
         met[i] = off < TOLERANCE
         doubt = scratch.doubts[i]
-        certain = doubt < GHOST * trust.doubt or off < doubt < trust.ghost
-        if doubt >= GHOST * trust.doubt:
-            within[i] = doubt  # a foot farther off is not what it is as good as on
+        certain = doubt < GHOST * trust.doubt
+        if not certain:
+            within[i] = trust.ghost  # a foot farther off is not next to it
+            certain = max(off, doubt) < trust.ghost
         near[i] = certain and off < CLOSE * surface.radii[scratch.nearest[i, 0]] and not met[i]
     chosen = np.flatnonzero(near)
     targets = states[chosen]
