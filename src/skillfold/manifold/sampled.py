@@ -18,6 +18,7 @@ SHORTCUTS, MORE_SHORTCUTS = 30, 150  # tried before a path is made smooth, and w
 COARSE = (24, 48, 96)  # states of the path that is made smooth, the more where the fewer do not keep clear
 SMOOTH_STEPS, SMOOTHED = 40, 2e-3  # of the smoothing at most, and its last step in rms radii
 RENEWING = (10, 15, 15, 30)  # steps with which an earlier path is bent, and more where they do not suffice
+MENDING = 8  # the same with more states, which mend what the fewer left between them
 CAP = 0.3  # longest step of a state, rms radii
 
 
@@ -102,19 +103,17 @@ def renewed(terrain: Terrain, earlier: Array, spacing: float) -> tuple[Array, in
     Where those states keep clear but not the way between them, it takes more states; else more steps. What is clear
     then, if by less than the margin, is kept as well: it leads on at once.
     """
-    bent, count, total = earlier, COARSE[0], 0
+    bent, total = terrain.settled(earlier, COARSE[0], smooth=False)[0], 0
     for limit in RENEWING:
-        if count != len(bent):
-            bent, _ = terrain.settled(bent, count, smooth=total > 0)
         bent, iterations = _bent(terrain, bent, limit)
         total += iterations
-        clear = terrain.keeps_clear(bent)
-        path = _read_smoothly(terrain, bent, spacing) if clear else bent[:0]
-        if len(path):
-            return path, total
-        if count == COARSE[1]:
+        if terrain.keeps_clear(bent):
+            path = _read_smoothly(terrain, bent, spacing)
+            if len(path):
+                return path, total
+            bent, iterations = _bent(terrain, terrain.settled(bent, COARSE[1], smooth=True)[0], MENDING)
+            total += iterations
             break
-        count = COARSE[1] if clear else count
     return _read_smoothly(terrain, bent, spacing, 0.0), total
 
 
