@@ -64,7 +64,7 @@ def plan_clear(
         obstacles: what to keep clear of.
     """
     begun = perf_counter()
-    asked, moved, _ = onto(model, query.states)
+    asked, moved, _ = onto(model, space, query.states)
     why = touching(obstacles, asked)
     if why:
         return not_begun(asked, names, why, moved, "geodesic")

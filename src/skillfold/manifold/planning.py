@@ -14,7 +14,7 @@ from skillfold.manifold.aside import aside_of
 from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import OnManifold, project_anchored
+from skillfold.manifold.projection import OnManifold, project_anchored, within_limits
 from skillfold.manifold.route import Route
 from skillfold.motion import Path, Plan
 from skillfold.spaces import StateSpace
@@ -54,7 +54,7 @@ def plan_geodesic(
     """The shortest path on the manifold through the query's states, which are projected first where they are off."""
     if route is not None and is_led(model, route) and not leaf:
         return _plan_led(model, route, space, names, query)
-    asked, moved, supported = onto(model, query.states)
+    asked, moved, supported = onto(model, space, query.states)
     counts = shares(asked, query.points)
     solve, inner = leaf_geodesic if leaf else geodesic, model.encode(asked)
     parts = [solve(model, inner[i], inner[i + 1], count) for i, count in enumerate(counts)]
@@ -67,7 +67,7 @@ def plan_geodesic(
 
 def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
     """The same where recordings spread: ends on the manifold keep their offset, and the path returns as they do."""
-    asked, moved, supported = onto(model, query.states)
+    asked, moved, supported = onto(model, space, query.states)
     counts = shares(asked, query.points)
     legs = [led_path(route, a, b, count) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
     states = joined(space, [leg.states for leg in legs], asked, counts)
@@ -108,13 +108,14 @@ def usual(model: Model) -> float:
     return model.scale * max(model.tolerance, EXACT)
 
 
-def onto(model: Model, states: Array) -> tuple[Array, Array, bool]:
+def onto(model: Model, space: StateSpace, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
     distance = OnManifold(model, usual(model)).distance(states)
     if distance.max() <= usual(model):
         return states, np.zeros(len(states)), True
     off, onto = distance > usual(model), states.copy()
     onto[off], inside = project_anchored(model, states[off])
+    onto[off] = within_limits(model, onto[off], space)
     return onto, np.linalg.norm(onto - states, axis=1), bool(inside.all())
 
 

@@ -13,9 +13,12 @@ from skillfold.manifold.kernels.judging import displacements, nearest_distances
 from skillfold.manifold.kernels.leaf import field_bases, follow_leaf
 from skillfold.manifold.kernels.projection import project_near, project_states
 from skillfold.manifold.model import Model
+from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 NEAR = 1e-6  # rms radii of the data: a displacement this small is the distance
+TURNS = 100  # between surface and limits, at most
+SETTLED = 1e-9  # rms radii that the last of them moves a state
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
@@ -42,6 +45,34 @@ def projected(model: Model, states: Array, near: Array | None, method: str, rate
     if method == "leaf":
         return project_leaf(model, states, _nearest_anchors(model, states) if near is None else near, rate, steps)
     return (project_anchored(model, states) if near is None else project_from(model, states, near))[0]
+
+
+def within_limits(model: Model, states: Array, space: StateSpace) -> Array:
+    """States of the surface (B, D), moved along it to where it keeps the limits of its coordinates.
+
+    A surface learnt from states that stop at limits overshoots there. Turns are taken: the shortest way to within the
+    limits, from there the shortest way onto the surface. Where the two do not meet, the turn that ends within limits
+    and the nearest to the surface is the answer.
+    """
+    if not space.is_bounded:
+        return states
+    lower, upper = np.array(space.lower), np.array(space.upper)
+    beyond = ((states < lower) | (states > upper)).any(1)
+    if not beyond.any():
+        return states
+    best = now = np.clip(states[beyond], lower, upper)
+    least = np.full(len(now), np.inf)
+    for _ in range(TURNS):
+        foot = project_from(model, now, now)[0]
+        off = np.linalg.norm(foot - now, axis=1)
+        best = np.where((off < least)[:, None], now, best)
+        least = np.minimum(off, least)
+        before, now = now, np.clip(foot, lower, upper)
+        if np.abs(now - before).max() < SETTLED * model.scale:
+            break
+    kept = states.copy()
+    kept[beyond] = best
+    return kept
 
 
 def _nearest_anchors(model: Model, states: Array) -> Array:

@@ -17,7 +17,7 @@ from skillfold.manifold.answering import answer, read_plan
 from skillfold.manifold.fitting import Options, fit_model
 from skillfold.manifold.inputs import MANY, amount, choice, read_states, seed_of, together, whole
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import OnManifold, project_anchored, projected, tangents
+from skillfold.manifold.projection import OnManifold, project_anchored, projected, tangents, within_limits
 from skillfold.manifold.route import Route
 from skillfold.manifold.samples import read_samples
 from skillfold.manifold.sampling import sample_surface
@@ -170,8 +170,9 @@ class SkillManifold:
             x: states.
             near: states to start from, such as those tracked before a push; the answer stays on their sheet. One
                 for each of x, or one for all. Left out, the states themselves and their nearest anchors.
-            method: "anchored", onto the modelled surface; "leaf", the paper's iteration, whose answer lies on the
-                field's leaf through `near` (else the nearest anchor) and so depends on it.
+            method: "anchored", onto the modelled surface, within the limits of the coordinates; "leaf", the paper's
+                iteration, whose answer lies on the field's leaf through `near` (else the nearest anchor) and so
+                depends on it.
             rate, steps: α of the paper's iteration, 1 at most, and how often at most; for "leaf".
         """
         choice("method", method, METHODS)
@@ -181,6 +182,8 @@ class SkillManifold:
             start = self._rows(start)
         rate, steps = amount("rate", rate, 1.0), whole("steps", steps, 1, MANY)
         found = projected(self.model, self._rows(states), start, method, rate, steps)
+        if method == "anchored":
+            found = within_limits(self.model, found, self.space)
         return self.space.normalize(found).reshape(states.shape)
 
     def distance(self, x: Any) -> Any:
