@@ -48,7 +48,7 @@ def crossings(states: Array, demonstration: int = 0) -> list[Crossing]:
         return []
     phase = progress(smooth)
     path = interpolated(smooth, phase, _SAMPLES)
-    gaps = cdist(path, path)
+    gaps = np.asarray(cdist(path, path), np.float64)
     cosines = np.abs(_directions(path) @ _directions(path).T)
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     near = (gaps <= _NEAR * length) & (cosines <= np.sqrt(1 - _SLANT**2))
