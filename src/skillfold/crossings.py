@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from skillfold.alignment import interpolated, progress
 
@@ -43,11 +44,11 @@ def crossings(states: Array, demonstration: int = 0) -> list[Crossing]:
     """Crossings of one path (n_steps, D), nearest passes first; none in unordered point clouds."""
     smooth = _running_mean(states, len(states) // _WINDOW)
     radius = _rms(states - states.mean(axis=0))
-    if len(np.unique(smooth, axis=0)) < 2 or _rms(states - smooth) > _ORDERED * radius:
+    if (smooth == smooth[0]).all() or _rms(states - smooth) > _ORDERED * radius:
         return []
     phase = progress(smooth)
     path = interpolated(smooth, phase, _SAMPLES)
-    gaps = np.linalg.norm(path[:, None] - path[None], axis=2)
+    gaps = np.asarray(cdist(path, path), np.float64)
     cosines = np.abs(_directions(path) @ _directions(path).T)
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     near = (gaps <= _NEAR * length) & (cosines <= np.sqrt(1 - _SLANT**2))

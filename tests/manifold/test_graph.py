@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from skillfold.errors import DisconnectedError
 from skillfold.experiments.point_sets import draw_sphere
@@ -115,3 +115,17 @@ def test_aligned_frames_turn_within_their_planes_and_agree_with_a_neighbour():
     # A sphere cannot be combed: along its seam frames disagree, elsewhere hardly.
     assert np.median(gaps) < 0.5
     assert np.median(np.linalg.norm(frames[i] - frames[j], axis=(1, 2))) > 1.0
+
+
+@pytest.mark.parametrize(("n_dims", "dim"), [(2, 1), (3, 2), (6, 4)])
+def test_bases_are_turned_as_one_after_the_other_would_be(n_dims, dim):
+    rng = np.random.default_rng(dim)
+    x = rng.normal(size=(90, n_dims))
+    graph = build_graph(x, 4)
+    frames = np.linalg.qr(rng.normal(size=(90, n_dims, dim)))[0]
+    order, parents = breadth_first_order(graph.matrix(90), 0, directed=False)
+    expected = frames.copy()
+    for i in order[1:]:
+        u, _, vt = np.linalg.svd(frames[i].T @ expected[parents[i]])
+        expected[i] = frames[i] @ u @ vt
+    np.testing.assert_allclose(align_frames(frames, graph), expected, atol=1e-10)

@@ -12,7 +12,17 @@ from scipy.stats import multivariate_normal
 from skillfold.errors import InputError, SkillFileError
 from skillfold.manifold.route import Route, RouteAnswer, at_phases, by_arc_length, node_rows
 from skillfold.manifold.route_location import ISOTROPIC, between_columns, in_order, misfit, surprise
-from skillfold.manifold.route_models import CORRECTED_MEAN, DETERMINED, MODELS, USUAL, kernel, predict, weigh
+from skillfold.manifold.route_models import (
+    CORRECTED_MEAN,
+    DETERMINED,
+    MODELS,
+    USUAL,
+    USUAL_WHOLE,
+    kernel,
+    left_out_errors,
+    predict,
+    weigh,
+)
 from skillfold.motion import Array
 
 PHASE = np.linspace(0.0, 1.0, 400)[:, None]
@@ -76,14 +86,15 @@ def test_shape_follows_the_ends(n: int) -> None:
     assert np.median(ratios) < 0.15
 
 
-def test_ends_decide_between_several_ways() -> None:
+@pytest.mark.parametrize("n", [3, 4, 6])
+def test_ends_decide_between_several_ways(n: int) -> None:
     rng = np.random.default_rng(0)
 
     def way(side: float) -> Array:
         start = side * (1 + 0.05 * rng.normal())
         return np.hstack([PHASE * 3, start * np.cos(PHASE * np.pi / 2) - 1.5 * side * np.sin(np.pi * PHASE)])
 
-    recordings = [way(side) for side in (1, -1, 1, -1, 1, -1)]
+    recordings = [way(side) for side in (1, -1, 1, -1, 1, -1)[:n]]
     truth = way(1)
     answer = fitted(recordings).between(truth[0], truth[-1], 100)
     assert gap(answer.states, truth) < 0.1 * gap(corrected_mean(recordings, truth[0], truth[-1]), truth)
@@ -451,6 +462,46 @@ def test_weights_solve_the_kriging_system(model) -> None:
     np.testing.assert_allclose(weights, solution[:6], atol=1e-9)
     itself = kernel(model, wanted[None] / scale, wanted[None] / scale)[0, 0] + model.nugget
     assert variance == pytest.approx(itself - solution @ k)
+
+
+@pytest.mark.parametrize("n", [3, 5, 25])
+def test_left_out_errors_are_those_of_plain_predictions(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    curves = np.stack([by_arc_length(recording, 21) for recording in spirals(n)])
+    curves[:, 0] = curves[0, 0]  # all start at home
+    nodes = np.array([0, 20])
+    plain = []
+    for model in MODELS:
+        logs = []
+        for i in np.unique(np.linspace(0, n - 1, 20).astype(int)):
+            states, _ = predict(model, np.delete(curves, i, axis=0), nodes, curves[i, nodes])
+            logs.append(np.log(np.linalg.norm(states - curves[i], axis=1).mean()))
+        plain.append(np.mean(logs))
+    np.testing.assert_allclose(left_out_errors(MODELS, curves), plain, atol=1e-9)
+    monkeypatch.setattr("skillfold.manifold.route_models.AT_ONCE", 1)
+    np.testing.assert_allclose(left_out_errors(MODELS, curves), plain, atol=1e-9)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_conditions_that_tell_nothing_weigh_all_alike(model) -> None:
+    weights, variance, q = weigh(model, np.zeros((5, 4)), np.zeros(4))
+    np.testing.assert_allclose(weights, 0.2)
+    # A mean of five is off by the fifth of a variance, and what it is to predict by one.
+    np.testing.assert_allclose(variance * q.diagonal(), 1.2 * 0.8)
+
+
+def test_ends_of_whole_motions_are_believed_less() -> None:
+    route = replace(fitted(spirals(6)), model=USUAL)
+    truth = spirals(1, seed=3)[0]
+
+    def expected(model, shares: Array, states: Array) -> Array:
+        curves = at_phases(route.curves, np.tile(shares, (6, 1)))
+        asked = (states - route.centre) / route.scale
+        return predict(model, curves, np.array([0, 100]), asked)[0] * route.scale + route.centre
+
+    whole = route.between(truth[0], truth[-1], 101)
+    assert (whole.start_phase, whole.goal_phase) == (0.0, 1.0)
+    plain = expected(USUAL_WHOLE, np.linspace(0, 1, 101), truth[[0, -1]])
+    np.testing.assert_allclose(whole.states, plain, atol=1e-9)
 
 
 def test_left_out_residuals_by_one_matrix() -> None:

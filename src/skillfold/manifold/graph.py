@@ -153,14 +153,17 @@ def _typical_gap(points: Array, edges: Indices, groups: Indices | None) -> float
 
 
 def align_frames(frames: Array, graph: Graph) -> Array:
-    """Turn local tangent bases (N, D, d) so that neighbours agree: Procrustes along a spanning tree."""
-    order, parents = breadth_first_order(graph.matrix(len(frames)), 0, directed=False)
-    aligned = frames.copy()
-    depths = np.zeros(len(frames), dtype=np.int64)
-    for i in order[1:]:
-        depths[i] = depths[parents[i]] + 1
-    for depth in range(1, int(depths.max()) + 1):
-        here = np.flatnonzero(depths == depth)
-        u, _, vt = np.linalg.svd(np.swapaxes(frames[here], 1, 2) @ aligned[parents[here]])
-        aligned[here] = frames[here] @ (u @ vt)
-    return aligned
+    """Turn local tangent bases (N, D, d) so that neighbours agree: Procrustes along a spanning tree.
+
+    The turn that brings a basis to its parent's is the same whatever way the parent itself is turned, so all are
+    found at once, and multiplied up to the root over twice as many generations in each round.
+    """
+    _, parents = breadth_first_order(graph.matrix(len(frames)), 0, directed=False)
+    ancestors = np.maximum(parents, 0)  # the root has none but itself
+    u, _, vt = np.linalg.svd(np.swapaxes(frames, 1, 2) @ frames[ancestors])
+    turns = u @ vt
+    turns[0] = np.eye(frames.shape[2])
+    while ancestors.any():
+        turns = turns @ turns[ancestors]
+        ancestors = ancestors[ancestors]
+    return frames @ turns

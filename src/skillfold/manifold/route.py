@@ -14,7 +14,7 @@ import numpy as np
 
 from skillfold.errors import InputError, SkillFileError
 from skillfold.manifold.route_location import Location, locate, locate_between, squared_spread
-from skillfold.manifold.route_models import IntArray, RouteModel, choose, predict
+from skillfold.manifold.route_models import IntArray, RouteModel, choose, for_whole, predict
 from skillfold.motion import Array
 
 FEWEST_PHASES = 9
@@ -99,10 +99,12 @@ class Route:
         exact = self._given(start, goal, via, points)
         asked = (exact - self.centre) / self.scale
         place = locate(self.curves, self.squared_spread, asked)
-        given = np.array([0.0, 1.0]) if len(asked) == 2 else self._via_phases(place, asked)
+        ends_only = len(asked) == 2
+        given = np.array([0.0, 1.0]) if ends_only else self._via_phases(place, asked)
         nodes = node_rows(given, points)
         shares = np.interp(np.arange(points), nodes, given)
-        route, errors = predict(self.model, self._cut(place, shares), nodes, asked)
+        model = for_whole(self.model) if ends_only and place.whole else self.model
+        route, errors = predict(model, self._cut(place, shares), nodes, asked)
         spread = np.sqrt((errors**2).sum(axis=2).mean(axis=0))
         states = route * self.scale + self.centre
         states[nodes] = exact

@@ -43,6 +43,11 @@ class Location:
     reversed: bool
     supported: float
 
+    @property
+    def whole(self) -> bool:
+        """Whether the ends are those of a whole motion."""
+        return bool(self.phases[0] == 0.0 and self.phases[1] == 1.0)
+
 
 def squared_spread(curves: Array) -> Array:
     """Mean squared distance from a demonstration to the nearest other one, at each phase: (n_phases,).

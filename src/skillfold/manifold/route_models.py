@@ -5,6 +5,7 @@ and any via points, where the wanted route's state is given and each demonstrati
 This goes beyond paper 000, which plans shortest paths on the manifold.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +21,8 @@ ROUNDING = 1e-12
 # demonstrations are left out to find out.
 CLEARLY = 0.3
 MOST_LEFT_OUT = 20
+# Numbers in what is worked on together while they are left out one by one.
+AT_ONCE = 500_000
 # Up to how many rms deviations from the demonstrated conditions what was learnt is believed.
 BELIEVED = 3.0
 
@@ -47,6 +50,8 @@ class RouteModel:
 
 
 USUAL = RouteModel()
+# Between the ends of whole motions: where people set out says less of their way than where they pass.
+USUAL_WHOLE = RouteModel(nugget=4.0)
 ENDS_LEARNT = RouteModel(kriged=False)
 CORRECTED_MEAN = RouteModel(learnt=False, kriged=False)
 
@@ -76,63 +81,72 @@ def corrections(deviations: Array, nodes: IntArray, prior: Array, strength: floa
     the ridge pulls toward a linear correction, as strongly as `strength` usual demonstrations would.
 
     Args:
-        deviations: (n, n_phases, D), demonstrations minus their mean.
+        deviations: (..., n, n_phases, D), demonstrations minus their mean.
         nodes: (m,) increasing phase indices of the conditions.
         prior: (n_phases, m), the linear correction.
         strength: of the ridge, in demonstrations.
 
     Returns:
-        (n_phases, m); the identity at the nodes.
+        (..., n_phases, m); the identity at the nodes.
     """
-    at_nodes = deviations[:, nodes]
-    gram = np.tensordot(at_nodes, at_nodes, axes=([0, 2], [0, 2]))
-    cross = np.tensordot(deviations, at_nodes, axes=([0, 2], [0, 2]))
-    ridge = np.diag(strength / len(deviations) * np.diag(gram) + ROUNDING)
-    return prior + np.linalg.solve(gram + ridge, (cross - prior @ gram).T).T
+    n, n_phases, n_dims = deviations.shape[-3:]
+    rows = np.swapaxes(deviations, -3, -2).reshape(*deviations.shape[:-3], n_phases, n * n_dims)
+    at_nodes = rows[..., nodes, :]
+    gram = at_nodes @ np.swapaxes(at_nodes, -1, -2)
+    cross = rows @ np.swapaxes(at_nodes, -1, -2)
+    ridge = (strength / n * np.diagonal(gram, axis1=-2, axis2=-1) + ROUNDING)[..., None] * np.eye(len(nodes))
+    missing = np.swapaxes(cross - prior @ gram, -1, -2)
+    return prior + np.swapaxes(np.linalg.solve(gram + ridge, missing), -1, -2)
 
 
 def kernel(model: RouteModel, z: Array, others: Array) -> Array:
-    """Similarity of conditions, (m, n) for (m, C) and (n, C)."""
-    squared = ((z[:, None] - others[None]) ** 2).sum(axis=2)
+    """Similarity of conditions, (..., m, n) for (..., m, C) and (..., n, C)."""
+    squared = ((z[..., :, None, :] - others[..., None, :, :]) ** 2).sum(axis=-1)
     radial = np.exp(-0.5 * squared / model.reach**2)
-    return model.radial * radial + model.linear * (z @ others.T) / model.reach**2
+    return model.radial * radial + model.linear * (z @ np.swapaxes(others, -1, -2)) / model.reach**2
 
 
-def weigh(model: RouteModel, own: Array, wanted: Array) -> tuple[Array, float, Array]:
+def weigh(model: RouteModel, own: Array, wanted: Array) -> tuple[Array, Array, Array]:
     """Weights of the demonstrations for the wanted conditions: universal kriging with an unknown constant.
 
     Args:
         model: brings the kernel; without one, all weigh the same.
-        own: (n, C), conditions of the demonstrations, as deviations from their mean.
-        wanted: (C,), the same of the route.
+        own: (..., n, C), conditions of the demonstrations, as deviations from their mean.
+        wanted: (..., C), the same of the route.
 
     Returns:
-        Weights (n,), which sum to 1; the variance of what they predict, in units of the process; and Q
-        (n, n), by which leave-one-out residuals are Q r / diag(Q), of variance 1 / diag(Q).
+        Weights (..., n), which sum to 1; the variance (...) of what they predict, in units of the process; and Q
+        (..., n, n), by which leave-one-out residuals are Q r / diag(Q), of variance 1 / diag(Q).
     """
-    n = len(own)
-    scale = np.sqrt((own**2).sum() / n)
-    if not model.kriged or scale < ROUNDING:
-        return np.full(n, 1.0 / n), 1.0 + 1.0 / n, np.eye(n) - 1.0 / n
-    z, at = own / scale, wanted / scale
+    n, leading = own.shape[-2], own.shape[:-2]
+    if not model.kriged:
+        alike = np.broadcast_to(np.eye(n) - 1.0 / n, (*leading, n, n))
+        return np.full((*leading, n), 1.0 / n), np.full(leading, 1.0 + 1.0 / n), alike
+    scale = np.sqrt((own**2).sum(axis=(-2, -1)) / n)[..., None, None]
+    # Conditions that are all the same tell nothing: at a distance of zero, all weigh the same.
+    per_scale = np.where(scale < ROUNDING, 0.0, 1.0 / np.maximum(scale, ROUNDING))
+    z, at = own * per_scale, wanted[..., None, :] * per_scale
     inverse = np.linalg.inv(kernel(model, z, z) + model.nugget * np.eye(n))
-    k = kernel(model, z, at[None])[:, 0]
-    row = inverse.sum(axis=0)
-    missing = (1.0 - row @ k) / row.sum()
-    itself = float(kernel(model, at[None], at[None])[0, 0]) + model.nugget
-    variance = itself - k @ inverse @ k + missing**2 * row.sum()
-    return inverse @ k + row * missing, max(float(variance), 0.0), inverse - np.outer(row, row) / row.sum()
+    k = kernel(model, at, z)[..., 0, :]
+    row = inverse.sum(axis=-2)
+    total = row.sum(axis=-1)
+    missing = (1.0 - (row * k).sum(axis=-1)) / total
+    explained = (inverse @ k[..., None])[..., 0]
+    itself = kernel(model, at, at)[..., 0, 0] + model.nugget
+    variance = np.maximum(itself - (explained * k).sum(axis=-1) + missing**2 * total, 0.0)
+    weights = explained + row * missing[..., None]
+    return weights, variance, inverse - row[..., :, None] * row[..., None, :] / total[..., None, None]
 
 
 def believed(wanted: Array, own: Array) -> Array:
-    """Wanted deviations (m, D), shortened to where the demonstrations' own (n, m, D) say something.
+    """Wanted deviations (..., m, D), shortened to where the demonstrations' own (..., n, m, D) say something.
 
     A robot that always starts at home, to a hair, says nothing about how it would start elsewhere: its noise
     must not be extrapolated.
     """
-    limit = BELIEVED * np.sqrt((own**2).sum(axis=2).mean(axis=0))
-    size = np.maximum(np.linalg.norm(wanted, axis=1), limit + ROUNDING)
-    return wanted * ((limit + ROUNDING) / size)[:, None]
+    limit = BELIEVED * np.sqrt((own**2).sum(axis=-1).mean(axis=-2)) + ROUNDING
+    size = np.maximum(np.sqrt((wanted**2).sum(axis=-1)), limit)
+    return wanted * (limit / size)[..., None]
 
 
 def predict(model: RouteModel, curves: Array, nodes: IntArray, asked: Array) -> tuple[Array, Array]:
@@ -151,36 +165,74 @@ def predict(model: RouteModel, curves: Array, nodes: IntArray, asked: Array) -> 
         States (n_phases, D), and samples (n, n_phases, D) of their error: what leaving out each demonstration
         leaves, scaled to how well these conditions are known.
     """
-    route, residuals, variance, q = _interpolate(model, curves, nodes, asked)
-    errors = np.tensordot(q, residuals, axes=1) * np.sqrt(variance / q.diagonal())[:, None, None]
+    corrected = _correct(model, curves, nodes, asked)
+    weights, variance, q = weigh(model, corrected.own, corrected.wanted)
+    errors = np.tensordot(q, corrected.residuals, axes=1) * np.sqrt(variance / q.diagonal())[:, None, None]
     errors[:, nodes] = 0.0
-    return route, errors
+    return _through(corrected, weights, nodes, asked), errors
 
 
-def _interpolate(
-    model: RouteModel, curves: Array, nodes: IntArray, asked: Array
-) -> tuple[Array, Array, float, Array]:
-    """The route (n_phases, D), the residuals (n, n_phases, D), and variance and Q of their weights."""
-    mean = curves.mean(axis=0)
-    deviations = curves - mean
-    linear = hats(curves.shape[1], nodes)
+@dataclass(frozen=True)
+class _Corrected:
+    """What the correction toward the conditions makes of demonstrations.
+
+    Attributes:
+        mean: (..., n_phases, D), corrected.
+        residuals: (..., n, n_phases, D), what it leaves of each demonstration.
+        own, wanted: (..., n, C) and (..., C), conditions of the demonstrations and of the route.
+    """
+
+    mean: Array
+    residuals: Array
+    own: Array
+    wanted: Array
+
+
+def _correct(model: RouteModel, curves: Array, nodes: IntArray, asked: Array) -> _Corrected:
+    """Of demonstrations (..., n, n_phases, D) toward asked states (..., m, D)."""
+    mean = curves.mean(axis=-3)
+    deviations = curves - mean[..., None, :, :]
+    linear = hats(curves.shape[-2], nodes)
     alpha = corrections(deviations, nodes, linear, model.ridge) if model.learnt else linear
-    own = deviations[:, nodes]
-    wanted = believed(asked - mean[nodes], own)
-    residuals = deviations - alpha @ own
-    weights, variance, q = weigh(model, own.reshape(len(own), -1), wanted.ravel())
-    route = mean + alpha @ wanted + np.tensordot(weights, residuals, axes=1)
-    return route + linear @ (asked - route[nodes]), residuals, variance, q
+    own = deviations[..., nodes, :]
+    wanted = believed(asked - mean[..., nodes, :], own)
+    residuals = deviations - alpha[..., None, :, :] @ own
+    flat = (own.reshape(*own.shape[:-2], -1), wanted.reshape(*wanted.shape[:-2], -1))
+    return _Corrected(mean + alpha @ wanted, residuals, *flat)
 
 
-def left_out_error(model: RouteModel, curves: Array) -> float:
-    """Mean log distance of the routes to the demonstrations, each planned from the others."""
+def _through(corrected: _Corrected, weights: Array, nodes: IntArray, asked: Array) -> Array:
+    """The route (..., n_phases, D) through the asked states, by weights (..., n) of what the correction leaves."""
+    each = corrected.residuals.reshape(*weights.shape, -1)
+    route = corrected.mean + (weights[..., None, :] @ each).reshape(corrected.mean.shape)
+    return route + hats(route.shape[-2], nodes) @ (asked - route[..., nodes, :])
+
+
+def left_out_errors(models: Sequence[RouteModel], curves: Array) -> Array:
+    """Mean log distance of each model's routes to the demonstrations, each planned from the others: (n_models,)."""
     nodes = np.array([0, curves.shape[1] - 1])
+    which = np.unique(np.linspace(0, len(curves) - 1, MOST_LEFT_OUT).astype(np.intp))
+    at_once = max(1, AT_ONCE // curves.size)
+    parts = [which[i : i + at_once] for i in range(0, len(which), at_once)]
+    logs = [np.log(_left_out_distances(models, curves, part, nodes) + ROUNDING) for part in parts]
+    return np.concatenate(logs, axis=1).mean(axis=1)
+
+
+def _left_out_distances(models: Sequence[RouteModel], curves: Array, left_out: IntArray, nodes: IntArray) -> Array:
+    """Mean distances (len(models), m) of routes to the demonstrations that are left out (m,), one at a time."""
+    rows = np.arange(len(curves))
+    others = curves[np.stack([rows[rows != i] for i in left_out])]
+    truths = curves[left_out]
+    asked = truths[:, nodes]
+    # Models that correct alike differ in weights only.
+    kinds = {(model.learnt, model.ridge): model for model in models}
+    corrected = {kind: _correct(model, others, nodes, asked) for kind, model in kinds.items()}
     distances = []
-    for i in np.unique(np.linspace(0, len(curves) - 1, MOST_LEFT_OUT).astype(np.intp)):
-        route, *_ = _interpolate(model, np.delete(curves, i, axis=0), nodes, curves[i, nodes])
-        distances.append(np.linalg.norm(route - curves[i], axis=1).mean())
-    return float(np.log(np.array(distances) + ROUNDING).mean())
+    for model in models:
+        alike = corrected[model.learnt, model.ridge]
+        route = _through(alike, weigh(model, alike.own, alike.wanted)[0], nodes, asked)
+        distances.append(np.sqrt(((route - truths) ** 2).sum(axis=-1)).mean(axis=-1))
+    return np.array(distances)
 
 
 def stretches(curves: Array) -> list[Array]:
@@ -195,11 +247,14 @@ def choose(curves: Array) -> RouteModel:
     Args:
         curves: (n, n_phases, D), scaled to unit rms radius.
     """
-    if len(curves) < 4:
+    if len(curves) < 3:
         return ENDS_LEARNT
-    if len(curves) < 5:
-        return USUAL
     parts = stretches(curves)
-    errors = np.mean([[left_out_error(model, part) for model in MODELS] for part in parts], axis=0)
+    errors = np.mean([left_out_errors(MODELS, part) for part in parts], axis=0)
     best = int(errors.argmin())
     return MODELS[best] if errors[best] <= errors[0] - CLEARLY else USUAL
+
+
+def for_whole(model: RouteModel) -> RouteModel:
+    """The same model where nothing is known but the ends of a whole motion."""
+    return USUAL_WHOLE if model == USUAL else model
