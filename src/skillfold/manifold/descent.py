@@ -53,13 +53,13 @@ def _point(problem: Problem, weights: Array) -> _Point:
 
 
 @dataclass(frozen=True)
-class _Metric:
+class Metric:
     """Cholesky factor of the mean curvature, (K D, K D)."""
 
     factor: Any
 
     @staticmethod
-    def at(problem: Problem, point: _Point) -> "_Metric":
+    def at(problem: Problem, point: _Point) -> "Metric":
         thin = slice(None, None, -(-len(point.eps) // METRIC_EDGES))
         H, values, eps = point.field[thin], problem.values[thin], point.eps[thin]
         (n, K), (d, D) = values.shape, H.shape[1:]
@@ -75,7 +75,7 @@ class _Metric:
             matrix[:, c, :, c] += problem.ridge * problem.smoothness
         matrix = matrix.reshape(K * D, K * D)
         matrix[np.diag_indices_from(matrix)] += JITTER * np.trace(matrix)
-        return _Metric(cho_factor(matrix, overwrite_a=True, check_finite=False))
+        return Metric(cho_factor(matrix, overwrite_a=True, check_finite=False))
 
     def solve(self, gradient: Array) -> Array:
         flat = gradient.reshape(len(gradient), -1).T
@@ -90,7 +90,7 @@ def _places(n: int) -> Indices:
     return places
 
 
-def _direction(metric: _Metric, pairs: deque[tuple[Array, Array]], gradient: Array) -> Array:
+def _direction(metric: Metric, pairs: deque[tuple[Array, Array]], gradient: Array) -> Array:
     """The two loops of limited-memory BFGS."""
     rest, shares = gradient.copy(), []
     for step, change in reversed(pairs):
@@ -119,18 +119,25 @@ def _search(problem: Problem, here: _Point, direction: Array) -> _Point | None:
     return None
 
 
-def descend(problem: Problem, weights: Array, iterations: int) -> tuple[Array, list[float], bool]:
+def metric_at(problem: Problem, weights: Array) -> Metric:
+    """The metric for descents from about here, of problems that differ in the ridge alone."""
+    return Metric.at(problem, _point(problem, weights))
+
+
+def descend(
+    problem: Problem, weights: Array, iterations: int, metric: Metric | None = None
+) -> tuple[Array, list[float], bool]:
     """Weights after at most so many iterations, the objective after each, and whether it settled.
 
-    The objective falls in every iteration.
+    The objective falls in every iteration. The metric to begin with is worked out unless it is given.
     """
     eps = alignment(field_at_edges(problem, weights), problem.steps, problem.ridge)[0]
     here = _point(problem, balance(problem, weights, eps)[0])
     values, pairs = [here.value], deque[tuple[Array, Array]](maxlen=MEMORY)
-    metric = _Metric.at(problem, here)
+    metric = metric or Metric.at(problem, here)
     while len(values) <= iterations:
         if len(values) % RENEWED == 0:
-            metric = _Metric.at(problem, here)
+            metric = Metric.at(problem, here)
         there = _search(problem, here, _direction(metric, pairs, here.gradient))
         if there is None:
             return here.weights, values, True

@@ -127,7 +127,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     )
     trials += more
     progress("training the tangent field", 0.0)
-    field = train(features, anchors, edges, frames, ridge, options.seed)
+    field = train(features, anchors, edges, frames, ridge)
     tolerance, spacing = _calibrate(inner, anchors, judged)
     surface, kernel_field = (
         _kernel_surface(anchors, local, judged.degree),
