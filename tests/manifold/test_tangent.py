@@ -28,7 +28,7 @@ def prepared(samples, dim, kernels):
 
 
 def cost(posed, weights, eps):
-    misfit = np.einsum("eac,ea->ec", field_at_edges(posed, weights), eps) - posed.steps
+    misfit = np.einsum("ace,ae->ce", field_at_edges(posed.values, weights), eps) - posed.steps
     return training.objective(posed, weights, eps, misfit)
 
 
@@ -61,7 +61,7 @@ def test_smoothness_matrix_is_the_double_sum_over_edges_that_share_a_sample():
 def test_alignment_is_the_ridge_solution(ridge):
     rng = np.random.default_rng(0)
     H, steps = rng.normal(size=(9, 2, 5)), rng.normal(size=(9, 5))
-    found, misfit = alignment(H, steps, ridge)
+    found, misfit = (x.T for x in alignment(np.ascontiguousarray(H.transpose(1, 2, 0)), steps.T.copy(), ridge))
     for e in range(9):
         rows = np.vstack([H[e].T, np.sqrt(ridge) * np.eye(2)])
         expected = np.linalg.lstsq(rows, np.r_[steps[e], 0.0, 0.0], rcond=None)[0]
@@ -72,18 +72,18 @@ def test_alignment_is_the_ridge_solution(ridge):
 def test_weights_are_the_ridge_solution(sphere):
     samples, edges, _, features = sphere
     posed = problem(samples, edges, features, 1e-3)
-    eps = np.random.default_rng(1).normal(size=(len(edges), 2))
-    rows = np.einsum("ea,ek->eak", eps, posed.values).reshape(len(edges), -1)
+    eps = np.random.default_rng(1).normal(size=(2, len(edges)))
+    rows = np.einsum("ae,ke->eak", eps, posed.values).reshape(len(edges), -1)
     eigenvalues, vectors = np.linalg.eigh(posed.smoothness)
     root = np.sqrt(posed.ridge * np.maximum(eigenvalues, 0.0))[:, None] * vectors.T
     trace = (rows**2).sum() + 2 * (root**2).sum()
     penalties = [np.kron(np.eye(2), root), np.sqrt(training.JITTER * trace) * np.eye(60)]
-    stacked = np.vstack([posed.steps, np.zeros((120, 3))])
+    stacked = np.vstack([posed.steps.T, np.zeros((120, 3))])
     expected = np.linalg.lstsq(np.vstack([rows, *penalties]), stacked, rcond=None)[0].reshape(2, 30, 3)
     found = training.solve_weights(posed, eps)
     # Of the field: it is well determined where single weights of overlapping kernels are not.
     np.testing.assert_allclose(
-        np.einsum("ek,akc->eac", posed.values, found), np.einsum("ek,akc->eac", posed.values, expected), atol=1e-6
+        np.einsum("ke,akc->eac", posed.values, found), np.einsum("ke,akc->eac", posed.values, expected), atol=1e-6
     )
 
 
@@ -97,14 +97,14 @@ def test_the_objective_never_rises(sphere, ridge, start):
     weights = rng.normal(size=(2, 30, 3))
     if start == "frames":
         weights = regress(posed, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2)
-    eps = alignment(field_at_edges(posed, weights), posed.steps, ridge)[0]
+    eps = alignment(field_at_edges(posed.values, weights), posed.steps, ridge)[0]
     values = [cost(posed, weights, eps)]
     for _ in range(15):
         weights, eps = training.balance(posed, weights, eps)
         values.append(cost(posed, weights, eps))
         weights = training.solve_weights(posed, eps)
         values.append(cost(posed, weights, eps))
-        eps = alignment(field_at_edges(posed, weights), posed.steps, ridge)[0]
+        eps = alignment(field_at_edges(posed.values, weights), posed.steps, ridge)[0]
         values.append(cost(posed, weights, eps))
     assert (np.diff(values) <= 1e-9 * values[0]).all()
     assert values[-1] < 0.5 * values[0]
@@ -128,7 +128,7 @@ def test_the_descent_goes_farther_than_alternation(sheet):
     posed = problem(samples, edges, features, 1e-4)
     start = training.alternate(posed, regress(posed, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2), 3)
     weights = training.alternate(posed, start, 1000)
-    eps = alignment(field_at_edges(posed, weights), posed.steps, 1e-4)[0]
+    eps = alignment(field_at_edges(posed.values, weights), posed.steps, 1e-4)[0]
     assert descent.descend(posed, start, 200)[1][-1] < 1.05 * cost(posed, weights, eps)
 
 
@@ -148,7 +148,8 @@ def test_the_metric_is_the_mean_curvature(sphere):
     posed = problem(samples, edges, features, 1e-2)
     point = descent._point(posed, np.random.default_rng(0).normal(size=(2, 30, 3)))
     metric = descent.Metric.at(posed, point)
-    matrix = twins.mean_curvature(posed, point.field, point.eps, point.misfit, -(-len(edges) // descent.METRIC_EDGES))
+    field = field_at_edges(posed.values, point.weights)
+    matrix = twins.mean_curvature(posed, field, point.eps, point.misfit, -(-len(edges) // descent.METRIC_EDGES))
     matrix += training.JITTER * np.trace(matrix) * np.eye(90)
     right = np.random.default_rng(1).normal(size=(2, 30, 3))
     found = metric.solve(right).reshape(2, 90)
@@ -159,13 +160,13 @@ def test_objective_is_the_sum_it_says(sphere):
     samples, edges, _, features = sphere
     posed = problem(samples, edges, features, 0.1)
     rng = np.random.default_rng(0)
-    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(len(edges), 2))
-    H = np.einsum("ek,akc->eca", posed.values, weights)
+    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(2, len(edges)))
+    H = np.einsum("ke,akc->eca", posed.values, weights)
     pairs = 0.0
     for sample in range(len(samples)):
         here = H[(edges == sample).any(1)]
         pairs += ((here[:, None] - here) ** 2).sum() / 2
-    misfit = ((np.einsum("eca,ea->ec", H, eps) - posed.steps) ** 2).sum()
+    misfit = ((np.einsum("eca,ae->ce", H, eps) - posed.steps) ** 2).sum()
     expected = (misfit + 0.1 * ((eps**2).sum() + pairs)) / len(edges)
     assert cost(posed, weights, eps) == pytest.approx(expected, rel=1e-9)
 
@@ -174,10 +175,10 @@ def test_the_gauge_changes_no_product(sphere):
     samples, edges, _, features = sphere
     posed = problem(samples, edges, features, 1e-4)
     rng = np.random.default_rng(0)
-    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(len(edges), 2)) * [1.0, 5.0]
+    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(2, len(edges))) * [[1.0], [5.0]]
     turned, scaled = training.balance(posed, weights, eps)
-    before = np.einsum("eac,ea->ec", field_at_edges(posed, weights), eps)
-    after = np.einsum("eac,ea->ec", field_at_edges(posed, turned), scaled)
+    before = np.einsum("ace,ae->ce", field_at_edges(posed.values, weights), eps)
+    after = np.einsum("ace,ae->ce", field_at_edges(posed.values, turned), scaled)
     np.testing.assert_allclose(after, before, atol=1e-9 * np.abs(before).max())
     # The floor under the gauge's eigenvalues keeps the two penalties a little apart.
     assert (scaled**2).sum() == pytest.approx(np.trace(training.roughness(posed, turned)), rel=1e-2)
@@ -237,7 +238,7 @@ def test_no_other_start_ends_clearly_lower(sphere, sheet, other):
         posed, d = problem(samples, edges, features, 1e-4), frames.shape[2]
         rows = np.random.default_rng(0).integers(len(edges), size=(d, len(features.centres)))
         constant = np.linalg.svd(samples - samples.mean(0), full_matrices=False)[2][:d, None]
-        start = posed.steps[rows] if other == "random" else np.repeat(constant, rows.shape[1], axis=1)
+        start = posed.steps.T[rows] if other == "random" else np.repeat(constant, rows.shape[1], axis=1)
         value = descent.descend(posed, training.alternate(posed, start, 3), 200)[1][-1]
         assert train(features, samples, edges, frames, 1e-4).objective < 1.05 * value
 

@@ -13,11 +13,13 @@ misfit; that share of the metric of alternating least squares, which has no Q, i
 
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from skillfold.manifold.kernels.alignment import across
 from skillfold.manifold.training import JITTER, Problem, alignment, balance, field_at_edges, objective
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -32,24 +34,22 @@ SHORTEST = 1e-6  # step: where not even this one decreases the objective, roundi
 
 
 class _Point(NamedTuple):
-    """Weights, the objective there with ε put in, its gradient (half of it, times E), H, ε, and Hε − Δ."""
+    """Weights, the objective there with ε put in, its gradient (half of it, times E), ε, and Hε − Δ."""
 
     weights: Array
     value: float
     gradient: Array
-    field: Array
     eps: Array
     misfit: Array
 
 
 def _point(problem: Problem, weights: Array) -> _Point:
-    field = field_at_edges(problem, weights)
+    field = field_at_edges(problem.values, weights)
     eps, misfit = alignment(field, problem.steps, problem.ridge)
-    d, K, D = weights.shape
-    outer = (eps[:, :, None] * misfit[:, None, :]).reshape(len(eps), d * D)
-    gradient = (problem.values.T @ outer).reshape(K, d, D).transpose(1, 0, 2)
+    outer = np.multiply(eps[:, None], misfit, out=field)  # the field's memory: it is large, and needed no more
+    gradient = np.swapaxes((outer.reshape(-1, eps.shape[1]) @ problem.values.T).reshape(*field.shape[:2], -1), 1, 2)
     gradient = gradient + problem.ridge * (problem.smoothness @ weights)
-    return _Point(weights, objective(problem, weights, eps, misfit), gradient, field, eps, misfit)
+    return _Point(weights, objective(problem, weights, eps, misfit), gradient, eps, misfit)
 
 
 @dataclass(frozen=True)
@@ -60,16 +60,17 @@ class Metric:
 
     @staticmethod
     def at(problem: Problem, point: _Point) -> "Metric":
-        thin = slice(None, None, -(-len(point.eps) // METRIC_EDGES))
-        H, values, eps = point.field[thin], problem.values[thin], point.eps[thin]
-        (n, K), (d, D) = values.shape, H.shape[1:]
-        gram = H @ np.swapaxes(H, 1, 2) + problem.ridge * np.eye(d)
-        neglected = (point.misfit**2).sum() / (problem.steps**2).sum()
-        Q = (1.0 + neglected) * np.eye(D) - np.swapaxes(H, 1, 2) @ np.linalg.solve(gram, H)
-        Q *= (len(point.eps) / n * (eps**2).sum(1) / d)[:, None, None]
+        """The metric for descents from about here, of problems that differ in the ridge alone."""
+        d, E = point.eps.shape
+        thin = slice(None, None, -(-E // METRIC_EDGES))
+        values, eps = np.ascontiguousarray(problem.values[:, thin]), point.eps[:, thin]
+        (K, n), D = values.shape, len(problem.steps)
+        weights = E / n * (eps**2).sum(0) / d
+        neglected = float((point.misfit**2).sum() / (problem.steps**2).sum())
         # Both factors are symmetric: of each, half is enough.
-        (k, m), (a, b) = np.triu_indices(K), np.triu_indices(D)
-        halves = (values[:, k] * values[:, m]).T @ Q[:, a, b]
+        Q, (k, m) = np.empty((D * (D + 1) // 2, n)), np.triu_indices(K)
+        across(field_at_edges(values, point.weights), problem.ridge, neglected, weights, Q)
+        halves = (values[k] * values[m]) @ Q.T
         matrix = halves[_places(K)[:, None, :, None], _places(D)[None, :, None, :]]
         for c in range(D):
             matrix[:, c, :, c] += problem.ridge * problem.smoothness
@@ -78,10 +79,12 @@ class Metric:
         return Metric(cho_factor(matrix, overwrite_a=True, check_finite=False))
 
     def solve(self, gradient: Array) -> Array:
+        """The step (d, K, D) against a gradient, in this metric the steepest."""
         flat = gradient.reshape(len(gradient), -1).T
         return cho_solve(self.factor, flat, check_finite=False).T.reshape(gradient.shape)
 
 
+@lru_cache(maxsize=16)
 def _places(n: int) -> Indices:
     """Where each entry of a symmetric matrix (n, n) stands in its upper half, row by row."""
     rows, columns = np.triu_indices(n)
@@ -107,7 +110,7 @@ def _direction(metric: Metric, pairs: deque[tuple[Array, Array]], gradient: Arra
 
 def _search(problem: Problem, here: _Point, direction: Array) -> _Point | None:
     """A point along the direction where the objective is lower by enough; None if there is none."""
-    slope = 2.0 * float(np.vdot(here.gradient, direction)) / len(here.eps)
+    slope = 2.0 * float(np.vdot(here.gradient, direction)) / here.eps.shape[1]
     length = 1.0
     while slope < 0.0 and length > SHORTEST:
         there = _point(problem, here.weights + length * direction)
@@ -120,7 +123,7 @@ def _search(problem: Problem, here: _Point, direction: Array) -> _Point | None:
 
 
 def metric_at(problem: Problem, weights: Array) -> Metric:
-    """The metric for descents from about here, of problems that differ in the ridge alone."""
+    """The metric at some weights."""
     return Metric.at(problem, _point(problem, weights))
 
 
@@ -131,7 +134,7 @@ def descend(
 
     The objective falls in every iteration. The metric to begin with is worked out unless it is given.
     """
-    eps = alignment(field_at_edges(problem, weights), problem.steps, problem.ridge)[0]
+    eps = alignment(field_at_edges(problem.values, weights), problem.steps, problem.ridge)[0]
     here = _point(problem, balance(problem, weights, eps)[0])
     values, pairs = [here.value], deque[tuple[Array, Array]](maxlen=MEMORY)
     metric = metric or Metric.at(problem, here)

@@ -57,9 +57,10 @@ def unspanned(field: Array, steps: Array) -> Array:
 def regress(problem: Problem, frames: Array) -> Array:
     """Weights whose field is nearest to given frames (E, D, d)."""
     f = problem.values
-    gram = f.T @ f + 1e-6 * len(f) / f.shape[1] * np.eye(f.shape[1])
-    right = f.T @ frames.reshape(len(f), -1)
-    return np.linalg.solve(gram, right).reshape(f.shape[1], *frames.shape[1:]).transpose(2, 0, 1)
+    K, E = f.shape
+    gram = f @ f.T + 1e-6 * E / K * np.eye(K)
+    right = f @ frames.reshape(E, -1)
+    return np.linalg.solve(gram, right).reshape(K, *frames.shape[1:]).transpose(2, 0, 1)
 
 
 def pose(features: Features, samples: Array, edges: Indices, ridge: float) -> tuple[Problem, float]:
@@ -68,7 +69,8 @@ def pose(features: Features, samples: Array, edges: Indices, ridge: float) -> tu
     steps = second - first
     scale = float(np.sqrt((steps**2).mean())) or 1.0
     values = features((first + second) / 2)
-    return Problem(values, steps / scale, smoothness_matrix(values, edges, len(samples)), ridge), scale
+    rows = np.ascontiguousarray(values.T), np.ascontiguousarray(steps.T / scale)
+    return Problem(*rows, smoothness_matrix(values, edges, len(samples)), ridge), scale
 
 
 def begin(
