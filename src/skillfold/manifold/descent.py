@@ -93,18 +93,29 @@ def _places(n: int) -> Indices:
     return places
 
 
-def _direction(metric: Metric, pairs: deque[tuple[Array, Array]], gradient: Array) -> Array:
-    """The two loops of limited-memory BFGS."""
-    rest, shares = gradient.copy(), []
-    for step, change in reversed(pairs):
-        shares.append(np.vdot(step, rest) / np.vdot(step, change))
-        rest -= shares[-1] * change
-    found = metric.solve(rest)
+class _Pair(NamedTuple):
+    """A step, the change of the gradient along it, and that change solved for in the metric."""
+
+    step: Array
+    change: Array
+    solved: Array
+
+
+def _direction(pairs: deque[_Pair], gradient: Array, solved: Array) -> Array:
+    """The two loops of limited-memory BFGS, from the gradient and what it gives in the metric.
+
+    The metric is linear: what is left of the gradient after the first loop need not be solved for again.
+    """
+    rest, found, shares = gradient.copy(), solved.copy(), []
+    for pair in reversed(pairs):
+        shares.append(np.vdot(pair.step, rest) / np.vdot(pair.step, pair.change))
+        rest -= shares[-1] * pair.change
+        found -= shares[-1] * pair.solved
     if pairs:
-        step, change = pairs[-1]
-        found *= np.vdot(step, change) / np.vdot(change, metric.solve(change))
-    for (step, change), share in zip(pairs, reversed(shares), strict=True):
-        found += step * (share - np.vdot(change, found) / np.vdot(step, change))
+        last = pairs[-1]
+        found *= np.vdot(last.step, last.change) / np.vdot(last.change, last.solved)
+    for pair, share in zip(pairs, reversed(shares), strict=True):
+        found += pair.step * (share - np.vdot(pair.change, found) / np.vdot(pair.step, pair.change))
     return -found
 
 
@@ -136,17 +147,21 @@ def descend(
     """
     eps = alignment(field_at_edges(problem.values, weights), problem.steps, problem.ridge)[0]
     here = _point(problem, balance(problem, weights, eps)[0])
-    values, pairs = [here.value], deque[tuple[Array, Array]](maxlen=MEMORY)
+    values, pairs = [here.value], deque[_Pair](maxlen=MEMORY)
     metric = metric or Metric.at(problem, here)
+    solved = metric.solve(here.gradient)
     while len(values) <= iterations:
         if len(values) % RENEWED == 0:
             metric = Metric.at(problem, here)
-        there = _search(problem, here, _direction(metric, pairs, here.gradient))
+            solved = metric.solve(here.gradient)
+            pairs = deque((p._replace(solved=metric.solve(p.change)) for p in pairs), maxlen=MEMORY)
+        there = _search(problem, here, _direction(pairs, here.gradient, solved))
         if there is None:
             return here.weights, values, True
-        step, change = there.weights - here.weights, there.gradient - here.gradient
-        if np.vdot(step, change) > 0.0:
-            pairs.append((step, change))
+        before, solved = solved, metric.solve(there.gradient)
+        pair = _Pair(there.weights - here.weights, there.gradient - here.gradient, solved - before)
+        if np.vdot(pair.step, pair.change) > 0.0:
+            pairs.append(pair)
         here = there
         values.append(here.value)
         if len(values) > WINDOW and values[-1 - WINDOW] - values[-1] <= SETTLED * values[-1]:
