@@ -10,6 +10,7 @@ from skillfold.manifold import descent, training
 from skillfold.manifold.anchors import fit_surfaces
 from skillfold.manifold.features import Features
 from skillfold.manifold.graph import align_frames, build_graph
+from skillfold.manifold.kernels.alignment import across
 from skillfold.manifold.tangent import pose, regress, train
 from skillfold.manifold.training import alignment, field_at_edges, smoothness_matrix
 
@@ -28,7 +29,7 @@ def prepared(samples, dim, kernels):
 
 
 def cost(posed, weights, eps):
-    misfit = np.einsum("eac,ea->ec", field_at_edges(posed, weights), eps) - posed.steps
+    misfit = np.einsum("ace,ae->ce", field_at_edges(posed.values, weights), eps) - posed.steps
     return training.objective(posed, weights, eps, misfit)
 
 
@@ -60,30 +61,42 @@ def test_smoothness_matrix_is_the_double_sum_over_edges_that_share_a_sample():
 @pytest.mark.parametrize("ridge", [1e-6, 1e-2, 3.0])
 def test_alignment_is_the_ridge_solution(ridge):
     rng = np.random.default_rng(0)
-    H, steps = rng.normal(size=(9, 2, 5)), rng.normal(size=(9, 5))
-    found, misfit = alignment(H, steps, ridge)
-    for e in range(9):
+    H, steps = rng.normal(size=(70, 2, 5)), rng.normal(size=(70, 5))
+    found, misfit = (x.T for x in alignment(np.ascontiguousarray(H.transpose(1, 2, 0)), steps.T.copy(), ridge))
+    for e in range(70):
         rows = np.vstack([H[e].T, np.sqrt(ridge) * np.eye(2)])
         expected = np.linalg.lstsq(rows, np.r_[steps[e], 0.0, 0.0], rcond=None)[0]
         np.testing.assert_allclose(found[e], expected, atol=1e-12)
     np.testing.assert_allclose(misfit, np.einsum("eac,ea->ec", H, found) - steps, atol=1e-12)
 
 
+@pytest.mark.parametrize(("d", "D", "E"), [(1, 2, 5), (2, 3, 64), (3, 6, 150)])
+def test_across_is_what_the_field_does_not_span(d, D, E):
+    """The upper half of weighted (1 + added) I − H (H'H + λI)⁻¹ H'."""
+    rng = np.random.default_rng(D)
+    H, weights, out = rng.normal(size=(d, D, E)), rng.uniform(size=E), np.empty((D * (D + 1) // 2, E))
+    across(H.copy(), 1e-2, 0.3, weights, out)
+    for e in range(E):
+        M = H[:, :, e].T
+        expected = 1.3 * np.eye(D) - M @ np.linalg.inv(M.T @ M + 1e-2 * np.eye(d)) @ M.T
+        np.testing.assert_allclose(out[:, e], weights[e] * expected[np.triu_indices(D)], atol=1e-12)
+
+
 def test_weights_are_the_ridge_solution(sphere):
     samples, edges, _, features = sphere
     posed = problem(samples, edges, features, 1e-3)
-    eps = np.random.default_rng(1).normal(size=(len(edges), 2))
-    rows = np.einsum("ea,ek->eak", eps, posed.values).reshape(len(edges), -1)
+    eps = np.random.default_rng(1).normal(size=(2, len(edges)))
+    rows = np.einsum("ae,ke->eak", eps, posed.values).reshape(len(edges), -1)
     eigenvalues, vectors = np.linalg.eigh(posed.smoothness)
     root = np.sqrt(posed.ridge * np.maximum(eigenvalues, 0.0))[:, None] * vectors.T
     trace = (rows**2).sum() + 2 * (root**2).sum()
     penalties = [np.kron(np.eye(2), root), np.sqrt(training.JITTER * trace) * np.eye(60)]
-    stacked = np.vstack([posed.steps, np.zeros((120, 3))])
+    stacked = np.vstack([posed.steps.T, np.zeros((120, 3))])
     expected = np.linalg.lstsq(np.vstack([rows, *penalties]), stacked, rcond=None)[0].reshape(2, 30, 3)
     found = training.solve_weights(posed, eps)
     # Of the field: it is well determined where single weights of overlapping kernels are not.
     np.testing.assert_allclose(
-        np.einsum("ek,akc->eac", posed.values, found), np.einsum("ek,akc->eac", posed.values, expected), atol=1e-6
+        np.einsum("ke,akc->eac", posed.values, found), np.einsum("ke,akc->eac", posed.values, expected), atol=1e-6
     )
 
 
@@ -97,14 +110,14 @@ def test_the_objective_never_rises(sphere, ridge, start):
     weights = rng.normal(size=(2, 30, 3))
     if start == "frames":
         weights = regress(posed, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2)
-    eps = alignment(field_at_edges(posed, weights), posed.steps, ridge)[0]
+    eps = alignment(field_at_edges(posed.values, weights), posed.steps, ridge)[0]
     values = [cost(posed, weights, eps)]
     for _ in range(15):
         weights, eps = training.balance(posed, weights, eps)
         values.append(cost(posed, weights, eps))
         weights = training.solve_weights(posed, eps)
         values.append(cost(posed, weights, eps))
-        eps = alignment(field_at_edges(posed, weights), posed.steps, ridge)[0]
+        eps = alignment(field_at_edges(posed.values, weights), posed.steps, ridge)[0]
         values.append(cost(posed, weights, eps))
     assert (np.diff(values) <= 1e-9 * values[0]).all()
     assert values[-1] < 0.5 * values[0]
@@ -128,7 +141,7 @@ def test_the_descent_goes_farther_than_alternation(sheet):
     posed = problem(samples, edges, features, 1e-4)
     start = training.alternate(posed, regress(posed, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2), 3)
     weights = training.alternate(posed, start, 1000)
-    eps = alignment(field_at_edges(posed, weights), posed.steps, 1e-4)[0]
+    eps = alignment(field_at_edges(posed.values, weights), posed.steps, 1e-4)[0]
     assert descent.descend(posed, start, 200)[1][-1] < 1.05 * cost(posed, weights, eps)
 
 
@@ -147,8 +160,9 @@ def test_the_metric_is_the_mean_curvature(sphere):
     samples, edges, _, features = sphere
     posed = problem(samples, edges, features, 1e-2)
     point = descent._point(posed, np.random.default_rng(0).normal(size=(2, 30, 3)))
-    metric = descent._Metric.at(posed, point)
-    matrix = twins.mean_curvature(posed, point.field, point.eps, point.misfit, -(-len(edges) // descent.METRIC_EDGES))
+    metric = descent.Metric.at(posed, point)
+    field = field_at_edges(posed.values, point.weights)
+    matrix = twins.mean_curvature(posed, field, point.eps, point.misfit, -(-len(edges) // descent.METRIC_EDGES))
     matrix += training.JITTER * np.trace(matrix) * np.eye(90)
     right = np.random.default_rng(1).normal(size=(2, 30, 3))
     found = metric.solve(right).reshape(2, 90)
@@ -159,13 +173,13 @@ def test_objective_is_the_sum_it_says(sphere):
     samples, edges, _, features = sphere
     posed = problem(samples, edges, features, 0.1)
     rng = np.random.default_rng(0)
-    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(len(edges), 2))
-    H = np.einsum("ek,akc->eca", posed.values, weights)
+    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(2, len(edges)))
+    H = np.einsum("ke,akc->eca", posed.values, weights)
     pairs = 0.0
     for sample in range(len(samples)):
         here = H[(edges == sample).any(1)]
         pairs += ((here[:, None] - here) ** 2).sum() / 2
-    misfit = ((np.einsum("eca,ea->ec", H, eps) - posed.steps) ** 2).sum()
+    misfit = ((np.einsum("eca,ae->ce", H, eps) - posed.steps) ** 2).sum()
     expected = (misfit + 0.1 * ((eps**2).sum() + pairs)) / len(edges)
     assert cost(posed, weights, eps) == pytest.approx(expected, rel=1e-9)
 
@@ -174,10 +188,10 @@ def test_the_gauge_changes_no_product(sphere):
     samples, edges, _, features = sphere
     posed = problem(samples, edges, features, 1e-4)
     rng = np.random.default_rng(0)
-    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(len(edges), 2)) * [1.0, 5.0]
+    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(2, len(edges))) * [[1.0], [5.0]]
     turned, scaled = training.balance(posed, weights, eps)
-    before = np.einsum("eac,ea->ec", field_at_edges(posed, weights), eps)
-    after = np.einsum("eac,ea->ec", field_at_edges(posed, turned), scaled)
+    before = np.einsum("ace,ae->ce", field_at_edges(posed.values, weights), eps)
+    after = np.einsum("ace,ae->ce", field_at_edges(posed.values, turned), scaled)
     np.testing.assert_allclose(after, before, atol=1e-9 * np.abs(before).max())
     # The floor under the gauge's eigenvalues keeps the two penalties a little apart.
     assert (scaled**2).sum() == pytest.approx(np.trace(training.roughness(posed, turned)), rel=1e-2)
@@ -185,7 +199,7 @@ def test_the_gauge_changes_no_product(sphere):
 
 def test_field_spans_the_tangents_of_a_sphere(sphere):
     samples, edges, frames, features = sphere
-    field = train(features, samples, edges, frames, 1e-5, 0)
+    field = train(features, samples, edges, frames, 1e-5)
     x = draw_sphere(200, np.random.default_rng(5))
     basis = np.linalg.qr(field(x))[0]
     normal = np.abs(np.einsum("nc,nca->na", x, basis))
@@ -197,7 +211,7 @@ def test_field_spans_the_tangents_of_a_sphere(sphere):
 def test_held_out_steps_are_spanned(sheet):
     samples, edges, frames, features = sheet
     held = np.random.default_rng(0).random(len(edges)) < 0.2
-    field = train(features, samples, edges[~held], frames, 1e-5, 0)
+    field = train(features, samples, edges[~held], frames, 1e-5)
     a, b = samples[edges[held, 0]], samples[edges[held, 1]]
     residual = field.residual((a + b) / 2, b - a)
     assert np.sqrt((residual**2).mean()) < 0.1 * np.sqrt(((b - a) ** 2).sum(1).mean())
@@ -205,8 +219,8 @@ def test_held_out_steps_are_spanned(sheet):
 
 def test_the_flag_tells_whether_training_settled(sheet):
     samples, edges, frames, features = sheet
-    short = train(features, samples, edges, frames, 1e-4, 0, iterations=4, restarts=0)
-    long = train(features, samples, edges, frames, 1e-4, 0, iterations=4000, restarts=0)
+    short = train(features, samples, edges, frames, 1e-4, iterations=4)
+    long = train(features, samples, edges, frames, 1e-4, iterations=4000)
     assert not short.converged
     assert long.converged
     assert long.objective < short.objective
@@ -214,7 +228,7 @@ def test_the_flag_tells_whether_training_settled(sheet):
 
 def test_residual_is_what_an_orthonormal_basis_leaves(sphere):
     samples, edges, frames, features = sphere
-    field = train(features, samples, edges, frames, 1e-5, 0)
+    field = train(features, samples, edges, frames, 1e-5)
     x, steps = samples[:20], np.random.default_rng(0).normal(size=(20, 3))
     for i in range(20):
         fitted = np.linalg.lstsq(field(x[i]), steps[i], rcond=None)[0]
@@ -222,23 +236,30 @@ def test_residual_is_what_an_orthonormal_basis_leaves(sphere):
         assert field.residual(x[i : i + 1], steps[i : i + 1])[0] == pytest.approx(expected, abs=1e-10)
 
 
-def test_best_start_wins_and_scale_does_not_matter(sphere):
+def test_scale_does_not_matter(sphere):
     samples, edges, frames, features = sphere
-    alone = train(features, samples, edges, frames, 1e-4, 0, restarts=0)
-    field = train(features, samples, edges, frames, 1e-4, 0)
-    assert field.objective <= alone.objective * (1 + 1e-9)
-    larger = train(
-        Features(100 * features.centres, 100 * features.width), 100 * samples, edges, frames, 1e-4, 0, restarts=0
-    )
-    assert larger.objective == pytest.approx(alone.objective, rel=1e-6)
+    field = train(features, samples, edges, frames, 1e-4)
+    larger = train(Features(100 * features.centres, 100 * features.width), 100 * samples, edges, frames, 1e-4)
+    assert larger.objective == pytest.approx(field.objective, rel=1e-6)
     # Rounding grows along the descent.
-    np.testing.assert_allclose(larger(100 * samples[:5]), 100 * alone(samples[:5]), rtol=1e-3, atol=1e-2)
+    np.testing.assert_allclose(larger(100 * samples[:5]), 100 * field(samples[:5]), rtol=1e-3, atol=1e-2)
+
+
+@pytest.mark.parametrize("other", ["constant", "random"])
+def test_no_other_start_ends_clearly_lower(sphere, sheet, other):
+    for samples, edges, frames, features in (sphere, sheet):
+        posed, d = problem(samples, edges, features, 1e-4), frames.shape[2]
+        rows = np.random.default_rng(0).integers(len(edges), size=(d, len(features.centres)))
+        constant = np.linalg.svd(samples - samples.mean(0), full_matrices=False)[2][:d, None]
+        start = posed.steps.T[rows] if other == "random" else np.repeat(constant, rows.shape[1], axis=1)
+        value = descent.descend(posed, training.alternate(posed, start, 3), 200)[1][-1]
+        assert train(features, samples, edges, frames, 1e-4).objective < 1.05 * value
 
 
 def test_a_dimension_too_large_stays_finite():
     t = np.linspace(0, 1, 60)
     samples, edges, frames, features = prepared(np.column_stack([t, 2 * t, -t]), 2, 5)
-    field = train(features, samples, edges, frames, 1e-5, 0)
+    field = train(features, samples, edges, frames, 1e-5)
     assert np.isfinite(field.weights).all()
     step = field.residual(samples[:5], samples[1:6] - samples[:5])
     np.testing.assert_allclose(step, 0.0, atol=1e-6)

@@ -297,15 +297,15 @@ def relax_on_field(field, path, tolerance, limit):
 
 def mean_curvature(problem, field, eps, misfit, every):
     """Curvature of the training objective averaged over the directions of ε, for one column of H; (K D, K D)."""
-    d, D = field.shape[1:]
+    d, D, E = field.shape
     share = (misfit**2).sum() / (problem.steps**2).sum()
-    thinned = range(0, len(eps), every)
+    thinned = range(0, E, every)
     matrix = problem.ridge * np.kron(problem.smoothness, np.eye(D))
     for e in thinned:
-        H = field[e].T
+        H = field[:, :, e].T
         Q = np.eye(D) - H @ np.linalg.inv(H.T @ H + problem.ridge * np.eye(d)) @ H.T + share * np.eye(D)
-        weight = len(eps) / len(thinned) * eps[e] @ eps[e] / d
-        matrix += weight * np.kron(np.outer(problem.values[e], problem.values[e]), Q)
+        weight = E / len(thinned) * eps[:, e] @ eps[:, e] / d
+        matrix += weight * np.kron(np.outer(problem.values[:, e], problem.values[:, e]), Q)
     return matrix
 
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from joblib import effective_n_jobs
-from scipy.spatial import KDTree
 
 from skillfold.manifold.kernels import patches as kernels
+from skillfold.manifold.kernels.spectra import principal_rows
+from skillfold.manifold.nearest import nearest
 from skillfold.manifold.polynomials import Monomials, design, monomials, terms_of
 from skillfold.manifold.threads import in_parts
 
@@ -57,8 +57,7 @@ class LocalSurfaces:
 
 def _principal_frames(samples: Array, centres: Array, neighbours: Indices) -> Array:
     """Principal directions of the weighted neighbours as rows, the widest first; (M, D, D)."""
-    vectors = np.linalg.eigh(kernels.scatters(samples, centres, neighbours))[1]
-    return np.ascontiguousarray(np.swapaxes(vectors[:, :, ::-1], 1, 2))
+    return principal_rows(kernels.scatters(samples, centres, neighbours))
 
 
 def _layout(dim: int, degrees: Sequence[int]) -> tuple[Monomials, int, Indices]:
@@ -90,12 +89,12 @@ def fit_surfaces(
 def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | None, jobs: int = 1) -> Indices:
     """The k nearest samples of each chosen one, its own recording (or itself) left out; (len(chosen), k)."""
     if groups is None:
-        return np.asarray(KDTree(samples).query(samples[chosen], k + 1, workers=effective_n_jobs(jobs))[1])[:, 1:]
+        return nearest(samples, samples[chosen], k + 1, jobs)[:, 1:]
     found = np.empty((len(chosen), k), dtype=np.int64)
     for group in np.unique(groups[chosen]):
         others = np.flatnonzero(groups != group)
         asked = np.flatnonzero(groups[chosen] == group)
-        found[asked] = others[KDTree(samples[others]).query(samples[chosen[asked]], k)[1]].reshape(-1, k)
+        found[asked] = others[nearest(samples[others], samples[chosen[asked]], k, jobs)]
     return found
 
 

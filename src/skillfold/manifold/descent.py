@@ -13,11 +13,13 @@ misfit; that share of the metric of alternating least squares, which has no Q, i
 
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from skillfold.manifold.kernels.alignment import across
 from skillfold.manifold.training import JITTER, Problem, alignment, balance, field_at_edges, objective
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -32,56 +34,57 @@ SHORTEST = 1e-6  # step: where not even this one decreases the objective, roundi
 
 
 class _Point(NamedTuple):
-    """Weights, the objective there with ε put in, its gradient (half of it, times E), H, ε, and Hε − Δ."""
+    """Weights, the objective there with ε put in, its gradient (half of it, times E), ε, and Hε − Δ."""
 
     weights: Array
     value: float
     gradient: Array
-    field: Array
     eps: Array
     misfit: Array
 
 
 def _point(problem: Problem, weights: Array) -> _Point:
-    field = field_at_edges(problem, weights)
+    field = field_at_edges(problem.values, weights)
     eps, misfit = alignment(field, problem.steps, problem.ridge)
-    d, K, D = weights.shape
-    outer = (eps[:, :, None] * misfit[:, None, :]).reshape(len(eps), d * D)
-    gradient = (problem.values.T @ outer).reshape(K, d, D).transpose(1, 0, 2)
+    outer = np.multiply(eps[:, None], misfit, out=field)  # the field's memory: it is large, and needed no more
+    gradient = np.swapaxes((outer.reshape(-1, eps.shape[1]) @ problem.values.T).reshape(*field.shape[:2], -1), 1, 2)
     gradient = gradient + problem.ridge * (problem.smoothness @ weights)
-    return _Point(weights, objective(problem, weights, eps, misfit), gradient, field, eps, misfit)
+    return _Point(weights, objective(problem, weights, eps, misfit), gradient, eps, misfit)
 
 
 @dataclass(frozen=True)
-class _Metric:
+class Metric:
     """Cholesky factor of the mean curvature, (K D, K D)."""
 
     factor: Any
 
     @staticmethod
-    def at(problem: Problem, point: _Point) -> "_Metric":
-        thin = slice(None, None, -(-len(point.eps) // METRIC_EDGES))
-        H, values, eps = point.field[thin], problem.values[thin], point.eps[thin]
-        (n, K), (d, D) = values.shape, H.shape[1:]
-        gram = H @ np.swapaxes(H, 1, 2) + problem.ridge * np.eye(d)
-        neglected = (point.misfit**2).sum() / (problem.steps**2).sum()
-        Q = (1.0 + neglected) * np.eye(D) - np.swapaxes(H, 1, 2) @ np.linalg.solve(gram, H)
-        Q *= (len(point.eps) / n * (eps**2).sum(1) / d)[:, None, None]
+    def at(problem: Problem, point: _Point) -> "Metric":
+        """The metric for descents from about here, of problems that differ in the ridge alone."""
+        d, E = point.eps.shape
+        thin = slice(None, None, -(-E // METRIC_EDGES))
+        values, eps = np.ascontiguousarray(problem.values[:, thin]), point.eps[:, thin]
+        (K, n), D = values.shape, len(problem.steps)
+        weights = E / n * (eps**2).sum(0) / d
+        neglected = float((point.misfit**2).sum() / (problem.steps**2).sum())
         # Both factors are symmetric: of each, half is enough.
-        (k, m), (a, b) = np.triu_indices(K), np.triu_indices(D)
-        halves = (values[:, k] * values[:, m]).T @ Q[:, a, b]
+        Q, (k, m) = np.empty((D * (D + 1) // 2, n)), np.triu_indices(K)
+        across(field_at_edges(values, point.weights), problem.ridge, neglected, weights, Q)
+        halves = (values[k] * values[m]) @ Q.T
         matrix = halves[_places(K)[:, None, :, None], _places(D)[None, :, None, :]]
         for c in range(D):
             matrix[:, c, :, c] += problem.ridge * problem.smoothness
         matrix = matrix.reshape(K * D, K * D)
         matrix[np.diag_indices_from(matrix)] += JITTER * np.trace(matrix)
-        return _Metric(cho_factor(matrix, overwrite_a=True, check_finite=False))
+        return Metric(cho_factor(matrix, overwrite_a=True, check_finite=False))
 
     def solve(self, gradient: Array) -> Array:
+        """The step (d, K, D) against a gradient, in this metric the steepest."""
         flat = gradient.reshape(len(gradient), -1).T
         return cho_solve(self.factor, flat, check_finite=False).T.reshape(gradient.shape)
 
 
+@lru_cache(maxsize=16)
 def _places(n: int) -> Indices:
     """Where each entry of a symmetric matrix (n, n) stands in its upper half, row by row."""
     rows, columns = np.triu_indices(n)
@@ -90,24 +93,35 @@ def _places(n: int) -> Indices:
     return places
 
 
-def _direction(metric: _Metric, pairs: deque[tuple[Array, Array]], gradient: Array) -> Array:
-    """The two loops of limited-memory BFGS."""
-    rest, shares = gradient.copy(), []
-    for step, change in reversed(pairs):
-        shares.append(np.vdot(step, rest) / np.vdot(step, change))
-        rest -= shares[-1] * change
-    found = metric.solve(rest)
+class _Pair(NamedTuple):
+    """A step, the change of the gradient along it, and that change solved for in the metric."""
+
+    step: Array
+    change: Array
+    solved: Array
+
+
+def _direction(pairs: deque[_Pair], gradient: Array, solved: Array) -> Array:
+    """The two loops of limited-memory BFGS, from the gradient and what it gives in the metric.
+
+    The metric is linear: what is left of the gradient after the first loop need not be solved for again.
+    """
+    rest, found, shares = gradient.copy(), solved.copy(), []
+    for pair in reversed(pairs):
+        shares.append(np.vdot(pair.step, rest) / np.vdot(pair.step, pair.change))
+        rest -= shares[-1] * pair.change
+        found -= shares[-1] * pair.solved
     if pairs:
-        step, change = pairs[-1]
-        found *= np.vdot(step, change) / np.vdot(change, metric.solve(change))
-    for (step, change), share in zip(pairs, reversed(shares), strict=True):
-        found += step * (share - np.vdot(change, found) / np.vdot(step, change))
+        last = pairs[-1]
+        found *= np.vdot(last.step, last.change) / np.vdot(last.change, last.solved)
+    for pair, share in zip(pairs, reversed(shares), strict=True):
+        found += pair.step * (share - np.vdot(pair.change, found) / np.vdot(pair.step, pair.change))
     return -found
 
 
 def _search(problem: Problem, here: _Point, direction: Array) -> _Point | None:
     """A point along the direction where the objective is lower by enough; None if there is none."""
-    slope = 2.0 * float(np.vdot(here.gradient, direction)) / len(here.eps)
+    slope = 2.0 * float(np.vdot(here.gradient, direction)) / here.eps.shape[1]
     length = 1.0
     while slope < 0.0 and length > SHORTEST:
         there = _point(problem, here.weights + length * direction)
@@ -119,24 +133,35 @@ def _search(problem: Problem, here: _Point, direction: Array) -> _Point | None:
     return None
 
 
-def descend(problem: Problem, weights: Array, iterations: int) -> tuple[Array, list[float], bool]:
+def metric_at(problem: Problem, weights: Array) -> Metric:
+    """The metric at some weights."""
+    return Metric.at(problem, _point(problem, weights))
+
+
+def descend(
+    problem: Problem, weights: Array, iterations: int, metric: Metric | None = None
+) -> tuple[Array, list[float], bool]:
     """Weights after at most so many iterations, the objective after each, and whether it settled.
 
-    The objective falls in every iteration.
+    The objective falls in every iteration. The metric to begin with is worked out unless it is given.
     """
-    eps = alignment(field_at_edges(problem, weights), problem.steps, problem.ridge)[0]
+    eps = alignment(field_at_edges(problem.values, weights), problem.steps, problem.ridge)[0]
     here = _point(problem, balance(problem, weights, eps)[0])
-    values, pairs = [here.value], deque[tuple[Array, Array]](maxlen=MEMORY)
-    metric = _Metric.at(problem, here)
+    values, pairs = [here.value], deque[_Pair](maxlen=MEMORY)
+    metric = metric or Metric.at(problem, here)
+    solved = metric.solve(here.gradient)
     while len(values) <= iterations:
         if len(values) % RENEWED == 0:
-            metric = _Metric.at(problem, here)
-        there = _search(problem, here, _direction(metric, pairs, here.gradient))
+            metric = Metric.at(problem, here)
+            solved = metric.solve(here.gradient)
+            pairs = deque((p._replace(solved=metric.solve(p.change)) for p in pairs), maxlen=MEMORY)
+        there = _search(problem, here, _direction(pairs, here.gradient, solved))
         if there is None:
             return here.weights, values, True
-        step, change = there.weights - here.weights, there.gradient - here.gradient
-        if np.vdot(step, change) > 0.0:
-            pairs.append((step, change))
+        before, solved = solved, metric.solve(there.gradient)
+        pair = _Pair(there.weights - here.weights, there.gradient - here.gradient, solved - before)
+        if np.vdot(pair.step, pair.change) > 0.0:
+            pairs.append(pair)
         here = there
         values.append(here.value)
         if len(values) > WINDOW and values[-1 - WINDOW] - values[-1] <= SETTLED * values[-1]:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from joblib import effective_n_jobs
 from scipy.spatial import KDTree
 
 from skillfold.errors import InputError
@@ -16,6 +15,7 @@ from skillfold.manifold.kernels.judging import displacements
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import Model, as_maps, build_surface, trust_in
+from skillfold.manifold.nearest import nearest
 from skillfold.manifold.polynomials import monomials, terms_of
 from skillfold.manifold.selection import choose_field
 from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
@@ -127,7 +127,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     )
     trials += more
     progress("training the tangent field", 0.0)
-    field = train(features, anchors, edges, frames, ridge, options.seed)
+    field = train(features, anchors, edges, frames, ridge)
     tolerance, spacing = _calibrate(inner, anchors, judged)
     surface, kernel_field = (
         _kernel_surface(anchors, local, judged.degree),
@@ -178,14 +178,14 @@ def _sizes(n_samples: int, n_anchors: int) -> tuple[int, int]:
 
 def _local_surfaces(inner: Array, centres: Array, judged: Chosen, dim: int, jobs: int) -> LocalSurfaces:
     """Surfaces at the centres, each of the shape that serves there; lower degrees are padded with zeros."""
-    tree, served = KDTree(inner), judged.at(inner, centres)
+    served = judged.at(inner, centres)
     terms, (M, D) = terms_of(dim, judged.degree), centres.shape
     frames, coefficients, radii = np.empty((M, D, D)), np.zeros((M, terms, D - dim)), np.empty(M)
     for index, shape in enumerate(judged.shapes):
         here = np.flatnonzero(served == index)
         k = min(shape.neighbours + 1, len(inner))
         if len(here):
-            neighbours = np.asarray(tree.query(centres[here], k, workers=effective_n_jobs(jobs))[1])
+            neighbours = nearest(inner, centres[here], k, jobs)
             local = fit_surfaces(inner, centres[here], neighbours, dim, shape.degree, jobs)
             frames[here], radii[here] = local.frames, local.radii
             coefficients[here, : local.coefficients.shape[1]] = local.coefficients
@@ -221,7 +221,7 @@ def _calibrate(inner: Array, anchors: Array, judged: Chosen) -> tuple[float, flo
     """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor."""
     left_out = inner[judged.left_out]
     if len(anchors) == len(inner):
-        nearest = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
+        spacing = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
     else:
-        nearest = KDTree(anchors).query(left_out)[0]
-    return float(np.sqrt(np.quantile(judged.squares, QUANTILE))), float(np.quantile(nearest, QUANTILE))
+        spacing = KDTree(anchors).query(left_out)[0]
+    return float(np.sqrt(np.quantile(judged.squares, QUANTILE))), float(np.quantile(spacing, QUANTILE))

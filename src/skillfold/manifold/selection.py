@@ -1,15 +1,18 @@
 """Features and ridge of the tangent field, chosen by prediction of edges that were left out."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from joblib import Parallel, delayed
 
+from skillfold.manifold.descent import Metric, descend, metric_at
 from skillfold.manifold.features import Features
 from skillfold.manifold.shapes import Progress, spread_out
 from skillfold.manifold.table import Trial
-from skillfold.manifold.tangent import train
+from skillfold.manifold.tangent import begin, unspanned
+from skillfold.manifold.threads import in_turn
+from skillfold.manifold.training import Problem
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -21,10 +24,11 @@ PLAIN_RIDGE = 1e-5  # at which the number of kernels is compared
 EDGES = 2000  # that a cross-validation of the field looks at
 WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
 FEW_EDGES = 600  # where only the ridge is asked for
-TRIAL_ITERATIONS = 10
+TRIAL_ITERATIONS = 10  # at the plain ridge,
+FURTHER_ITERATIONS = 4  # and from there at each
 MEASURE = "held-out step off the field (smaller)"
 
-Candidate = tuple[Features, float]  # features and ridge
+T = TypeVar("T")
 
 
 def _folds(edges: Indices, groups: Indices | None, seed: int) -> Indices:
@@ -34,19 +38,39 @@ def _folds(edges: Indices, groups: Indices | None, seed: int) -> Indices:
     return np.random.default_rng(seed).integers(0, 3, len(edges))
 
 
-def _held_out(
-    samples: Array, edges: Indices, frames: Array, held: Flags, features: Features, ridge: float, seed: int
-) -> Array:
-    """Squared part of held-out steps that a field trained on the other edges does not span; (held.sum(),)."""
-    field = train(features, samples, edges[~held], frames, ridge, seed, iterations=TRIAL_ITERATIONS, restarts=0)
-    a, b = samples[edges[held, 0]], samples[edges[held, 1]]
-    return field.residual((a + b) / 2, b - a) ** 2
-
-
 def _error(squares: Sequence[Array]) -> float:
     """Rms over all folds, winsorised."""
     errors = np.concatenate(squares)
     return float(np.sqrt(np.minimum(errors, np.quantile(errors, WINSOR)).mean()))
+
+
+class _Trained(NamedTuple):
+    """A field trained on all folds but one, and the edges of that one.
+
+    Attributes:
+        problem: of the other edges.
+        weights: (d, K, D).
+        values: (n, K) features at the midpoints of edges held out.
+        steps: (n, D) along these.
+    """
+
+    problem: Problem
+    weights: Array
+    values: Array
+    steps: Array
+
+    def squares(self) -> Array:
+        """Squared part of steps held out that the field does not span; (n,)."""
+        return unspanned(np.einsum("nk,akc->nca", self.values, self.weights), self.steps)
+
+    def metric(self) -> Metric:
+        """The metric for going on from here."""
+        return metric_at(self.problem, self.weights)
+
+    def further(self, ridge: float, metric: Metric) -> "_Trained":
+        """Trained for some more iterations, at another ridge."""
+        problem = replace(self.problem, ridge=ridge)
+        return self._replace(weights=descend(problem, self.weights, FURTHER_ITERATIONS, metric)[0])
 
 
 class _Comparison(NamedTuple):
@@ -55,32 +79,46 @@ class _Comparison(NamedTuple):
     Attributes:
         samples, edges, frames: as in `choose_field`; edges are those looked at.
         folds: (E,) fold of each edge.
-        seed: of the trainings.
         jobs: workers.
-        progress: called with the share of all candidates done.
+        progress: called with the share of all trainings done.
     """
 
     samples: Array
     edges: Indices
     frames: Array
     folds: Indices
-    seed: int
     jobs: int
     progress: Callable[[float], None]
 
-    def errors(self, candidates: Sequence[Candidate], begin: float, end: float) -> list[float]:
-        """Held-out error of each candidate; progress goes from `begin` to `end`."""
+    def trained(self, features: Features, ridge: float, fold: int) -> _Trained:
+        """A field trained for some iterations on all folds but one."""
+        held = self.folds == fold
+        problem, _, start = begin(features, self.samples, self.edges[~held], self.frames, ridge)
+        weights = descend(problem, start, TRIAL_ITERATIONS)[0]
+        first, second = self.samples[self.edges[held]].swapaxes(0, 1)
+        return _Trained(problem, weights, features((first + second) / 2), second - first)
+
+    def plain(self, placed: Sequence[Features], ridge: float, share: float) -> list[list[_Trained]]:
+        """Fields at one ridge, of each features by fold; progress goes up to a share."""
         folds = np.unique(self.folds)
-        trainings: Any = Parallel(n_jobs=self.jobs, prefer="threads", return_as="generator")(
-            delayed(_held_out)(self.samples, self.edges, self.frames, self.folds == fold, *candidate, self.seed)
-            for candidate in candidates
-            for fold in folds
-        )
-        found: list[Array] = []
-        for squares in trainings:
-            found.append(squares)
-            self.progress(begin + (end - begin) * len(found) / (len(folds) * len(candidates)))
-        return [_error(found[i : i + len(folds)]) for i in range(0, len(found), len(folds))]
+        tasks = [(features, ridge, fold) for features in placed for fold in folds]
+        found = self._told(in_turn(lambda task: self.trained(*task), tasks, self.jobs), len(tasks), 0.0, share)
+        return [found[i : i + len(folds)] for i in range(0, len(found), len(folds))]
+
+    def ridges(self, trained: Sequence[_Trained], ridges: Sequence[float], share: float) -> list[float]:
+        """Error at each ridge when training goes on with it; progress goes from a share to one."""
+        metrics = list(in_turn(_Trained.metric, trained, self.jobs))
+        tasks = [(one, ridge, metric) for ridge in ridges for one, metric in zip(trained, metrics, strict=True)]
+        squares = in_turn(lambda task: task[0].further(*task[1:]).squares(), tasks, self.jobs)
+        found, n = self._told(squares, len(tasks), share, 1.0), len(trained)
+        return [_error(found[i : i + n]) for i in range(0, len(found), n)]
+
+    def _told(self, results: Iterator[T], count: int, begin: float, end: float) -> list[T]:
+        found: list[T] = []
+        for result in results:
+            found.append(result)
+            self.progress(begin + (end - begin) * len(found) / count)
+        return found
 
 
 def choose_field(
@@ -103,7 +141,7 @@ def choose_field(
         groups: recording of each sample or None.
         kernels, ridge: K and λ as fixed by the user, or None.
         seed: of folds and centres.
-        jobs: workers; joblib's own backends (Dask, Ray) take over where one is set.
+        jobs: workers.
         progress: called with the stage and its share done.
     """
     counts = [kernels] if kernels else [k for k in KERNELS if k <= max(5, len(samples) // 3)]
@@ -115,17 +153,21 @@ def choose_field(
     looked_at = edges[spread_out(len(edges), FEW_EDGES if kernels else EDGES, seed)]
     stage = "choosing the tangent field"
     progress(stage, 0.0)
-    compare = _Comparison(
-        samples, looked_at, frames, _folds(looked_at, groups, seed), seed, jobs, lambda share: progress(stage, share)
-    )
-    ridges = [] if ridge else [value for value in RIDGES if value != plain]
-    candidates, errors = [(features, plain) for features in placed], list[float]()
+    folds = _folds(looked_at, groups, seed)
+    compare = _Comparison(samples, looked_at, frames, folds, jobs, lambda share: progress(stage, share))
+    trained = compare.plain(placed, plain, 1.0 if ridge else 0.7)
+    errors, best = [], 0
     if len(placed) > 1:
-        errors = compare.errors(candidates, 0.0, 0.7)
-        placed = [placed[int(np.argmin(errors))]]
-    candidates += [(placed[0], value) for value in ridges]
-    if ridges:
-        errors += compare.errors(candidates[len(errors) :], 0.7 if errors else 0.0, 1.0)
+        errors = [_error([one.squares() for one in folds]) for folds in trained]
+        best = int(np.argmin(errors))
+    candidates = [(features, plain) for features in placed]
+    if not ridge:
+        others = [value for value in RIDGES if value != plain]
+        # All go on from the same field for as long, the plain one too.
+        more = compare.ridges(trained[best], [plain, *others], 0.7)
+        errors[best : best + 1] = more[:1]
+        errors += more[1:]
+        candidates += [(placed[best], value) for value in others]
     progress(stage, 1.0)
     taken = int(np.argmin(errors))
     trials = [

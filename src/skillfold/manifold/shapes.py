@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from skillfold.manifold.anchors import SAMPLES_A_TERM, held_out_residuals, nearest_others
+from skillfold.manifold.nearest import nearest
 from skillfold.manifold.polynomials import terms_of
 from skillfold.manifold.table import Trial
 
@@ -177,8 +178,9 @@ def choose_shapes(
     picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
     # A high degree that hardly any sample asks for is not worth its terms at every anchor.
     common = np.quantile([s.degree for s in picked], 1.0 - RARE, method="higher")
-    smooth = [s for s in smooth if s.degree <= common]
-    picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
+    if max(s.degree for s in smooth) > common:
+        smooth = [s for s in smooth if s.degree <= common]
+        picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
     shapes = sorted(set(picked))
     taken = np.array([shapes.index(s) for s in picked])
     own = np.array([squares[s][i] for i, s in enumerate(picked)])
@@ -255,10 +257,8 @@ def _pick(squares: dict[Shape, Array], places: Array, dim: int, reach: int) -> l
         dim: d.
         reach: places around each whose errors are averaged; where it is all of them, all get the same.
     """
-    if reach >= len(places):
-        around = np.arange(len(places))[None]
-    else:
-        around = np.asarray(KDTree(places).query(places, reach)[1]).reshape(len(places), -1)
+    everywhere = reach >= len(places)
+    around = np.arange(len(places))[None] if everywhere else nearest(places, places, reach)
     shapes, local = list(squares), np.array(list(squares.values()))[:, around]
     difference = local - local[local.mean(2).argmin(0), np.arange(len(around))]
     as_good = difference.mean(2) <= DOUBTED * difference.std(2) / np.sqrt(around.shape[1])

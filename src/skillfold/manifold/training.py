@@ -24,11 +24,11 @@ FLOOR = 1e-6  # of the gauge's eigenvalues; a too large d makes it singular
 
 @dataclass(frozen=True)
 class Problem:
-    """What stays fixed while H is trained.
+    """What stays fixed while H is trained; arrays end in the edges, so that loops over these are loops over memory.
 
     Attributes:
-        values: (E, K) features at the midpoints of the edges.
-        steps: (E, D) along the edges, of unit rms.
+        values: (K, E) features at the midpoints of the edges.
+        steps: (D, E) along the edges, of unit rms.
         smoothness: (K, K), see `smoothness_matrix`.
         ridge: λ.
     """
@@ -40,7 +40,13 @@ class Problem:
 
 
 def smoothness_matrix(values: Array, edges: Indices, n_samples: int) -> Array:
-    """L with Σ_{e, e' sharing a sample} ‖H(m_e) − H(m_e')‖² = tr(W' L W) for each column of H; (K, K)."""
+    """L with Σ_{e, e' sharing a sample} ‖H(m_e) − H(m_e')‖² = tr(W' L W) for each column of H; (K, K).
+
+    Args:
+        values: (E, K) features at the edges.
+        edges: (E, 2).
+        n_samples: N.
+    """
     degree = np.bincount(edges.ravel(), minlength=n_samples)
     weight = degree[edges].sum(1)
     incidence = csr_matrix(
@@ -53,28 +59,26 @@ def smoothness_matrix(values: Array, edges: Indices, n_samples: int) -> Array:
     return (vectors * np.maximum(eigenvalues, 0.0)) @ vectors.T
 
 
-def field_at_edges(problem: Problem, weights: Array) -> Array:
-    """H at the midpoints, (E, d, D), by one matrix product; a column of H is a row here."""
+def field_at_edges(values: Array, weights: Array) -> Array:
+    """H where the features have values (K, E), by one matrix product: (d, D, E), a column of H is a row here."""
     d, K, D = weights.shape
-    flat = np.ascontiguousarray(weights.transpose(1, 0, 2)).reshape(K, d * D)
-    return (problem.values @ flat).reshape(-1, d, D)
+    return (np.swapaxes(weights, 1, 2).reshape(d * D, K) @ values).reshape(d, D, -1)
 
 
 def alignment(field: Array, steps: Array, ridge: float) -> tuple[Array, Array]:
-    """ε_e = (H'H + λI)⁻¹ H'Δ_e, the corrected equation 6, and what it leaves, Hε − Δ; (E, d) and (E, D)."""
-    eps, misfit = np.empty(field.shape[:2]), np.empty(steps.shape)
+    """ε_e = (H'H + λI)⁻¹ H'Δ_e, the corrected equation 6, and what it leaves, Hε − Δ; (d, E) and (D, E)."""
+    eps, misfit = np.empty((len(field), steps.shape[1])), np.empty(steps.shape)
     align_steps(field, steps, ridge, eps, misfit)
     return eps, misfit
 
 
 def solve_weights(problem: Problem, eps: Array) -> Array:
     """Corrected equation 9: one matrix for all D outputs; weights (d, K, D)."""
-    E, K = problem.values.shape
-    d = eps.shape[1]
-    rows = (eps[:, :, None] * problem.values[:, None, :]).reshape(E, d * K)
-    gram = rows.T @ rows + problem.ridge * np.kron(np.eye(d), problem.smoothness)
+    (d, E), K = eps.shape, len(problem.values)
+    rows = (eps[:, None] * problem.values).reshape(d * K, E)
+    gram = rows @ rows.T + problem.ridge * np.kron(np.eye(d), problem.smoothness)
     gram[np.diag_indices_from(gram)] += JITTER * np.trace(gram)
-    return cho_solve(cho_factor(gram), rows.T @ problem.steps).reshape(d, K, -1)
+    return cho_solve(cho_factor(gram), rows @ problem.steps.T).reshape(d, K, -1)
 
 
 def roughness(problem: Problem, weights: Array) -> Array:
@@ -86,7 +90,7 @@ def roughness(problem: Problem, weights: Array) -> Array:
 def objective(problem: Problem, weights: Array, eps: Array, misfit: Array) -> float:
     """The function that training decreases, per edge; with the misfit Hε − Δ."""
     penalty = (eps**2).sum() + np.trace(roughness(problem, weights))
-    return float(((misfit**2).sum() + problem.ridge * penalty) / len(eps))
+    return float(((misfit**2).sum() + problem.ridge * penalty) / eps.shape[1])
 
 
 def _power(matrix: Array, exponent: float) -> Array:
@@ -97,17 +101,17 @@ def _power(matrix: Array, exponent: float) -> Array:
 
 def balance(problem: Problem, weights: Array, eps: Array) -> tuple[Array, Array]:
     """The gauge H A, A⁻¹ε in which both penalties weigh the same: AA' = the mean of Σεε' and B⁻¹."""
-    energy, rough = eps.T @ eps, roughness(problem, weights)
+    energy, rough = eps @ eps.T, roughness(problem, weights)
     rough = rough + FLOOR * np.trace(energy) * np.eye(len(rough))
     root = _power(rough, 0.5)
     gauge = _power(rough, -0.5) @ _power(root @ energy @ root, 0.25)
-    turned = np.asarray(np.linalg.solve(gauge, eps.T).T, dtype=np.float64)
+    turned = np.asarray(np.linalg.solve(gauge, eps), dtype=np.float64)
     return np.tensordot(gauge, weights, (0, 0)), turned
 
 
 def alternate(problem: Problem, weights: Array, iterations: int) -> Array:
     """Weights after some iterations of alternating least squares: alignment, gauge, weights."""
     for _ in range(iterations):
-        eps = alignment(field_at_edges(problem, weights), problem.steps, problem.ridge)[0]
+        eps = alignment(field_at_edges(problem.values, weights), problem.steps, problem.ridge)[0]
         weights = solve_weights(problem, balance(problem, weights, eps)[1])
     return weights

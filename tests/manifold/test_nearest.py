@@ -1,0 +1,24 @@
+"""Nearest samples by either way against sorting by hand."""
+
+import numpy as np
+import pytest
+
+from skillfold.manifold import nearest as room
+from skillfold.manifold.nearest import nearest
+
+
+@pytest.mark.parametrize("k", [1, 7, 40, 200])
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_nearest_are_the_nearest_in_order(k, jobs):
+    rng = np.random.default_rng(k)
+    samples, states = rng.normal(size=(200, 4)), rng.normal(size=(90, 4))
+    expected = np.linalg.norm(samples - states[:, None], axis=2).argsort(1)[:, :k]
+    np.testing.assert_array_equal(nearest(samples, states, k, jobs), expected)
+
+
+def test_both_ways_agree(monkeypatch):
+    samples = np.random.default_rng(0).normal(size=(150, 3))
+    sorted_out = nearest(samples, samples, 60)
+    monkeypatch.setattr(room, "MOST", 0)
+    np.testing.assert_array_equal(sorted_out, nearest(samples, samples, 60))
+    assert (sorted_out[:, 0] == np.arange(150)).all()
