@@ -67,10 +67,21 @@ class _Trained(NamedTuple):
         """The metric for going on from here."""
         return metric_at(self.problem, self.weights)
 
-    def further(self, ridge: float, metric: Metric) -> "_Trained":
-        """Trained for some more iterations, at another ridge."""
+    def squares_at(self, ridge: float, metric: Metric) -> Array:
+        """The same after some more iterations of training, at another ridge."""
         problem = replace(self.problem, ridge=ridge)
-        return self._replace(weights=descend(problem, self.weights, FURTHER_ITERATIONS, metric)[0])
+        weights = descend(problem, self.weights, FURTHER_ITERATIONS, metric)[0]
+        return self._replace(weights=weights).squares()
+
+
+def _trained(
+    samples: Array, edges: Indices, frames: Array, held: Flags, features: Features, ridge: float
+) -> _Trained:
+    """A field trained for some iterations on all edges but those held out."""
+    problem, _, start = begin(features, samples, edges[~held], frames, ridge)
+    weights = descend(problem, start, TRIAL_ITERATIONS)[0]
+    first, second = samples[edges[held]].swapaxes(0, 1)
+    return _Trained(problem, weights, features((first + second) / 2), second - first)
 
 
 class _Comparison(NamedTuple):
@@ -90,27 +101,20 @@ class _Comparison(NamedTuple):
     jobs: int
     progress: Callable[[float], None]
 
-    def trained(self, features: Features, ridge: float, fold: int) -> _Trained:
-        """A field trained for some iterations on all folds but one."""
-        held = self.folds == fold
-        problem, _, start = begin(features, self.samples, self.edges[~held], self.frames, ridge)
-        weights = descend(problem, start, TRIAL_ITERATIONS)[0]
-        first, second = self.samples[self.edges[held]].swapaxes(0, 1)
-        return _Trained(problem, weights, features((first + second) / 2), second - first)
-
     def plain(self, placed: Sequence[Features], ridge: float, share: float) -> list[list[_Trained]]:
         """Fields at one ridge, of each features by fold; progress goes up to a share."""
-        folds = np.unique(self.folds)
-        tasks = [(features, ridge, fold) for features in placed for fold in folds]
-        found = self._told(in_turn(lambda task: self.trained(*task), tasks, self.jobs), len(tasks), 0.0, share)
-        return [found[i : i + len(folds)] for i in range(0, len(found), len(folds))]
+        held = [self.folds == fold for fold in np.unique(self.folds)]
+        data = self.samples, self.edges, self.frames
+        cases = [(*data, out, features, ridge) for features in placed for out in held]
+        found = self._told(in_turn(_trained, cases, self.jobs), len(cases), 0.0, share)
+        return [found[i : i + len(held)] for i in range(0, len(found), len(held))]
 
     def ridges(self, trained: Sequence[_Trained], ridges: Sequence[float], share: float) -> list[float]:
         """Error at each ridge when training goes on with it; progress goes from a share to one."""
-        metrics = list(in_turn(_Trained.metric, trained, self.jobs))
-        tasks = [(one, ridge, metric) for ridge in ridges for one, metric in zip(trained, metrics, strict=True)]
-        squares = in_turn(lambda task: task[0].further(*task[1:]).squares(), tasks, self.jobs)
-        found, n = self._told(squares, len(tasks), share, 1.0), len(trained)
+        metrics = list(in_turn(_Trained.metric, [(one,) for one in trained], self.jobs))
+        cases = [(one, ridge, metric) for ridge in ridges for one, metric in zip(trained, metrics, strict=True)]
+        squares, n = in_turn(_Trained.squares_at, cases, self.jobs), len(trained)
+        found = self._told(squares, len(cases), share, 1.0)
         return [_error(found[i : i + n]) for i in range(0, len(found), n)]
 
     def _told(self, results: Iterator[T], count: int, begin: float, end: float) -> list[T]:
@@ -141,7 +145,7 @@ def choose_field(
         groups: recording of each sample or None.
         kernels, ridge: K and λ as fixed by the user, or None.
         seed: of folds and centres.
-        jobs: workers.
+        jobs: workers; joblib's own backends (Dask, Ray) take over where one is set.
         progress: called with the stage and its share done.
     """
     counts = [kernels] if kernels else [k for k in KERNELS if k <= max(5, len(samples) // 3)]

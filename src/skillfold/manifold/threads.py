@@ -1,17 +1,18 @@
 """Work shared among threads: compiled code and linear algebra hold no lock.
 
-Plain threads: for work of milliseconds joblib's own scheduling would cost more than it saves.
+Plain threads: for work of milliseconds joblib's own scheduling would cost more than it saves. Trials go to a backend
+of joblib all the same where the user has set one.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
-from joblib import effective_n_jobs
+from joblib import Parallel, delayed, effective_n_jobs
+from joblib.parallel import ThreadingBackend, get_active_backend
 
-S = TypeVar("S")
 T = TypeVar("T")
 
 FEWEST = 32  # rows a thread: fewer are done sooner than it starts
@@ -27,11 +28,17 @@ def in_parts(work: Callable[[slice], T], count: int, jobs: int) -> list[T]:
         return list(pool.map(work, parts))
 
 
-def in_turn(work: Callable[[S], T], items: Sequence[S], jobs: int) -> Iterator[T]:
-    """Results of work on each item, in their order, as they are ready."""
-    workers = min(effective_n_jobs(jobs), len(items))
-    if workers == 1:
-        yield from map(work, items)
-        return
-    with ThreadPoolExecutor(workers) as pool:
-        yield from pool.map(work, items)
+def in_turn(work: Callable[..., T], cases: Sequence[tuple], jobs: int) -> Iterator[T]:
+    """Results of work on each case's arguments, in their order, as they are ready.
+
+    Within `joblib.parallel_config`, of Dask or Ray for instance, its backend does the work: all of it is picklable.
+    """
+    workers = min(effective_n_jobs(jobs), len(cases))
+    if not isinstance(get_active_backend(prefer="threads")[0], ThreadingBackend):
+        results: Any = Parallel(jobs, return_as="generator")(delayed(work)(*case) for case in cases)
+        yield from results
+    elif workers == 1:
+        yield from (work(*case) for case in cases)
+    else:
+        with ThreadPoolExecutor(workers) as pool:
+            yield from pool.map(work, *zip(*cases, strict=True))
