@@ -17,7 +17,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 TOLERANCE = 1e-7  # of the last step, in rms radii of the data
 LEAF_TOLERANCE = 1e-10  # the same, of the paper's own conditions
 LIMIT = 100  # iterations
-RATES = 1.0, 0.5  # share of a step that is taken on the surface's own tangents, until one converges
+SLOW = 0.5  # share of a step that is taken where whole ones did not converge
 CAP = 0.3  # longest step of a path state in one iteration, in rms radii
 
 
@@ -50,15 +50,25 @@ def geodesic(model: Model, ends: Array, points: int) -> Geodesic:
     if found.converged:
         return found
     over_anchors = graph_path(model, ends)
-    for rate in RATES:
-        for first, kind in ((ends, "grown"), (over_anchors, "graph")):
-            found = _solved(model, first, points, kind, True, rate)
-            if found.converged:
-                return found
-    # Where recordings spread, anchors lie too thick for a smooth surface: a path that wanders is no improvement.
-    path = np.empty((points, ends.shape[1]))
-    resample(over_anchors, path)
-    return Geodesic(path, found.iterations, False, "graph")
+    for first, kind, rate in ((ends, "grown", 1.0), (over_anchors, "graph", 1.0), (over_anchors, "graph", SLOW)):
+        found = _solved(model, first, points, kind, True, rate)
+        if found.converged:
+            return found
+    return Geodesic(_even(over_anchors, points), found.iterations, False, "graph")
+
+
+def roundabout(model: Model, ends: Array, points: int) -> Geodesic:
+    """The way over the anchors as it is.
+
+    Where recordings spread, anchors lie too thick for a smooth surface: a path that wanders is no improvement.
+    """
+    return Geodesic(_even(graph_path(model, ends), points), 0, False, "graph")
+
+
+def _even(way: Array, points: int) -> Array:
+    path = np.empty((points, way.shape[1]))
+    resample(way, path)
+    return path
 
 
 def leaf_geodesic(model: Model, ends: Array, points: int) -> Geodesic:

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 from skillfold.check import Check, check_path
 from skillfold.clearance import Clearance
 from skillfold.manifold.aside import aside_of
-from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic
+from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, roundabout
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
 from skillfold.manifold.projection import OnManifold, project_anchored, seem_off
@@ -58,12 +58,25 @@ def plan_geodesic(
     counts = shares(asked, query.points)
     solve, inner = leaf_geodesic if leaf else geodesic, model.encode(asked)
     parts = [solve(model, inner[i : i + 2], count) for i, count in enumerate(counts)]
+    check, states = _checked(model, space, asked, parts)
+    if not check.ok and True in [part.own for part in parts]:
+        safer = [
+            roundabout(model, inner[i : i + 2], len(part.states)) if part.own else part
+            for i, part in enumerate(parts)
+        ]
+        checked, over_anchors = _checked(model, space, asked, safer)
+        if checked.ok:
+            check, states, parts = checked, over_anchors, safer
+    return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
+
+
+def _checked(model: Model, space: StateSpace, asked: Array, parts: list[Geodesic]) -> tuple[Check, Array]:
+    """Verdict on the path through the asked states, and its states (n, D)."""
     legs = [model.path(asked[i], asked[i + 1], part.states) for i, part in enumerate(parts)]
-    states = joined(space, legs, asked, counts)
+    states = joined(space, legs, asked, [len(leg) for leg in legs])
     near = usual(model)
     tolerance = near * (1.0 + 1e-9)  # ends that were left where they are keep this too
-    check = check_path(states, OnManifold(model, tolerance), tolerance, space, near)
-    return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
+    return check_path(states, OnManifold(model, tolerance), tolerance, space, near), states
 
 
 def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
@@ -179,7 +192,7 @@ def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
     if True in [leg.own for leg in legs]:
         parts.append("solved with the surface's own tangents, as the field's lie across it")
     if False in [leg.converged for leg in legs]:
-        parts.append("the solver stopped at its iteration limit")
+        parts.append("not relaxed to the shortest, as that did not converge or left the manifold")
     return "Shortest path on the manifold" + "".join(f"; {part}" for part in parts) + "."
 
 
