@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from skillfold.clearance import Clearance
+from skillfold.motion import is_finite
 from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -86,11 +87,11 @@ def check_path(
             its given ends onto the surface and back.
         obstacles: what the path should keep clear of, also between its states, at their resolution.
     """
-    if not np.isfinite(states).all():
+    if not is_finite(states):
         return _broken()
-    looked, places = _looked_at(states, obstacles)
+    looked, places = (states, range(len(states))) if obstacles is None else _looked_at(states, obstacles)
     distance, outside = map(np.asarray, constraint.judge(looked))
-    over = distance if obstacles is None else distance - _sag(states, places)
+    over = distance if obstacles is None else distance - _sag(states, np.asarray(places))
     moves = states[1:] - states[:-1]
     steps = np.sqrt(np.einsum("ic,ic->i", moves, moves))
     a, b, c, length = int(over.argmax()), int(outside.argmax()), int(steps.argmax()), float(steps.sum())
@@ -98,7 +99,7 @@ def check_path(
     allowed = max(OUTSIDE, 1.5 * float(outside[0]), 1.5 * float(outside[-1]))
     clear = NO_END if obstacles is None else np.atleast_1d(obstacles.clearance(looked))
     broken = _breaks_limits(looked, space, obstacles)
-    d = int(clear.argmin())
+    d = 0 if obstacles is None else int(clear.argmin())
     reason = ""
     if not over[a] <= tolerance:
         reason = f"State {places[a]:.4g} lies {distance[a]:.2g} off the manifold, more than {tolerance:.2g}."
@@ -130,10 +131,8 @@ def _breaks_limits(states: Array, space: StateSpace, obstacles: Clearance | None
     return None if within.all() else int(within.argmin())
 
 
-def _looked_at(states: Array, obstacles: Clearance | None) -> tuple[Array, Array]:
-    """The states, and among obstacles others between them at their resolution (m, D); and their places (m,)."""
-    if obstacles is None:
-        return states, np.arange(len(states), dtype=np.float64)
+def _looked_at(states: Array, obstacles: Clearance) -> tuple[Array, Array]:
+    """The states and others between them at the obstacles' resolution (m, D); and their places (m,)."""
     lengths = np.linalg.norm(np.diff(states, axis=0), axis=1)
     resolution = max(obstacles.resolution, float(lengths.sum()) / MOST)
     counts = np.maximum(np.ceil(lengths / resolution - 1e-9), 1).astype(int)

@@ -1,5 +1,6 @@
 """Plain frozen data for motions: `Path` (no time), `Trajectory` (timed) and `Plan` (a path and its story)."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -8,6 +9,11 @@ import numpy as np
 from skillfold.errors import InputError
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def is_finite(values: Array) -> bool:
+    """Whether all numbers are finite: most often their sum of squares is, which is told sooner."""
+    return math.isfinite(np.vdot(values, values)) or bool(np.isfinite(values).all())
 
 
 def _frozen(values: Any, name: str, ndim: int) -> Array:
@@ -19,7 +25,7 @@ def _frozen(values: Any, name: str, ndim: int) -> Array:
     if given.size and given.dtype.kind not in "iuf":  # text, flags, complex numbers
         raise InputError(f"{expected}, got an array of {given.dtype}.")
     array = np.array(given, dtype=np.float64)
-    if array.ndim != ndim or not np.isfinite(array).all():
+    if array.ndim != ndim or not is_finite(array):
         raise InputError(f"{expected}, got shape {array.shape}.")
     array.flags.writeable = False
     return array

@@ -6,6 +6,7 @@ import numba
 
 from skillfold.manifold.kernels import acceleration as _acceleration
 from skillfold.manifold.kernels import detours as _detours
+from skillfold.manifold.kernels import frames as _frames
 from skillfold.manifold.kernels import geodesic as _geodesic
 from skillfold.manifold.kernels import leaf as _leaf
 from skillfold.manifold.kernels import neighbours as _neighbours
@@ -37,6 +38,6 @@ def callable_of(module):
 
 acceleration, geodesic, neighbours = map(callable_of, (_acceleration, _geodesic, _neighbours))
 projection, small, surface, tangents = map(callable_of, (_projection, _small, _surface, _tangents))
-detours, leaf, pushes, springs, trees, walking = map(
-    callable_of, (_detours, _leaf, _pushes, _springs, _trees, _walking)
+detours, frames, leaf, pushes, springs, trees, walking = map(
+    callable_of, (_detours, _frames, _leaf, _pushes, _springs, _trees, _walking)
 )

@@ -44,6 +44,6 @@ def test_small_ones():
     np.testing.assert_array_equal(out, path)
     lengths = np.linalg.norm(steps, axis=1, keepdims=True)
     expected = path + steps * np.minimum(1.0, 0.8 / lengths)
-    acceleration.take(path, steps, 0.8)
+    acceleration.take(path, steps, 1.0, 0.8)
     np.testing.assert_allclose(path, expected, atol=1e-14)
     assert np.linalg.norm(steps, axis=1).max() == pytest.approx(0.8)

@@ -100,7 +100,7 @@ def test_one_step_of_relax(model, ends, n, cap):
         steps = twins.newton_steps(path, *found_at(model, path))
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         expected = path + steps * np.minimum(1.0, cap / np.maximum(lengths, 1e-300))
-        found = geodesic.relax(model.surface, model.field, path, 0.0, cap, 1, 0.5, room(model, len(path)))
+        found = geodesic.relax(model.surface, model.field, path, 0.0, cap, 1, 0.5, False, 1.0, room(model, len(path)))
         assert found == pytest.approx((1, 0.5 * lengths.max(), 0.5), abs=1e-10)
         np.testing.assert_allclose(path, expected, atol=1e-10)
 
@@ -109,7 +109,9 @@ def test_relax_until_it_settles(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
         expected, iterations, _, _ = twins.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0)
-        found = geodesic.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0, room(model, len(path)))
+        found = geodesic.relax(
+            model.surface, model.field, path, 1e-9, 0.3, 60, 1.0, False, 1.0, room(model, len(path))
+        )
         assert abs(found[0] - iterations) <= 2  # rounding in least squares of steps that are nearly alike
         assert max(found[0], iterations) < 60
         np.testing.assert_allclose(path, expected, atol=1e-8)
@@ -118,7 +120,7 @@ def test_relax_until_it_settles(model, ends):
 def test_relax_ends_where_the_plain_steps_vanish(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
-        geodesic.relax(model.surface, model.field, path, 1e-10, 0.3, 100, 1.0, room(model, len(path)))
+        geodesic.relax(model.surface, model.field, path, 1e-10, 0.3, 100, 1.0, False, 1.0, room(model, len(path)))
         assert np.abs(twins.newton_steps(path, *found_at(model, path))).max() < 1e-8
 
 
@@ -128,7 +130,7 @@ def test_solve_geodesic(model, ends, step, points):
     """With few states, and with many, of which few are relaxed first."""
     for start, goal in ends:
         path = np.empty((points, len(start)))
-        found = geodesic.solve_geodesic(model.table, np.stack([start, goal]), step, path, 1e-9, 0.3, 100)
+        found = geodesic.solve_geodesic(model.table, np.stack([start, goal]), step, path, 1e-9, 0.3, 100, False, 1.0)
         grown = twins.grow_path(model.surface, model.field, start, goal, step, geodesic.GROWN)
         if grown is None:
             assert found == (0, np.inf)
@@ -143,7 +145,7 @@ def test_solve_geodesic_says_where_ends_do_not_meet(model, ends):
     first = np.stack(ends[0])
     path = np.full((5, first.shape[1]), 7.0)
     tiny = np.linalg.norm(first[1] - first[0]) / 1e5  # more steps than a first path may have
-    assert geodesic.solve_geodesic(model.table, first, tiny, path, 1e-9, 0.3, 30) == (0, np.inf)
+    assert geodesic.solve_geodesic(model.table, first, tiny, path, 1e-9, 0.3, 30, False, 1.0) == (0, np.inf)
     np.testing.assert_array_equal(path, 7.0)
 
 
@@ -152,10 +154,12 @@ def test_solve_geodesic_from_a_first_path(model, ends):
     for start, goal in ends:
         first = bent(start, goal, 7, model.rng)
         path, expected = np.empty((40, len(start))), np.empty((40, len(start)))
-        found = geodesic.solve_geodesic(model.table, first, 0.1, path, 1e-9, 0.3, 100)
+        found = geodesic.solve_geodesic(model.table, first, 0.1, path, 1e-9, 0.3, 100, False, 1.0)
         geodesic.resample(first, expected)
         assert (
-            geodesic.relax(model.surface, model.field, expected, 1e-9, 0.3, 100, 1.0, room(model, len(expected)))[0]
+            geodesic.relax(
+                model.surface, model.field, expected, 1e-9, 0.3, 100, 1.0, False, 1.0, room(model, len(expected))
+            )[0]
             == found[0]
         )
         np.testing.assert_allclose(path, expected, atol=1e-8)

@@ -69,13 +69,18 @@ def nearest(points, x):
     return order, square[order]
 
 
+def blend_weights(square):
+    """Weights of all anchors but the last, which sets the width."""
+    width = square[-1] - square[0]
+    r = np.sqrt((square[:-1] - square[0]) / width) if width > 0 else np.zeros(len(square) - 1)
+    weights = (1 - r) ** 4 * (4 * r + 1)
+    return weights / weights.sum()
+
+
 def displacement(surface, field, x):
     """Displacement from the blended surface to x, H's tangents there, nearest square, the anchors' disagreement."""
     order, square = nearest(surface.points, x)
-    width = square[-1] - square[0]
-    r = np.sqrt((square[:-1] - square[0]) / width) if width > 0 else np.zeros(len(order) - 1)
-    weights = (1 - r) ** 4 * (4 * r + 1)
-    weights = weights / weights.sum()
+    weights = blend_weights(square)
     parts = np.array([anchor_displacement(surface, i, x) for i in order[:-1]])
     mean = weights @ parts
     spread = weights @ (parts**2).sum(1) - (mean**2).sum()
@@ -175,20 +180,20 @@ def follow_leaf(field, state, near, rate, steps):
 
 def grow_path(surface, field, start, goal, step, limit):
     """States grown from both ends in turn; None where they do not meet."""
-    left, right = [start], [goal]
+    left, right, bases = [start], [goal], [None, None]
     while np.linalg.norm(right[-1] - left[-1]) > 1.5 * step:
         if len(left) + len(right) == limit:
             return None
         here, there = (left, right) if len(left) == len(right) else (right, left)
-        gap = there[-1] - here[-1]
-        _, basis, _, _ = displacement(surface, field, here[-1])
-        direction = basis.T @ (basis @ gap)
+        gap, side = there[-1] - here[-1], int(here is right)
+        if bases[side] is None:
+            bases[side] = displacement(surface, field, here[-1])[1]
+        direction = bases[side].T @ (bases[side] @ gap)
         if np.linalg.norm(direction) < 1e-6 * np.linalg.norm(gap):
             return None
         new = here[-1] + step * direction / np.linalg.norm(direction)
-        for _ in range(2):
-            new = new - displacement(surface, field, new)[0]
-        here.append(new)
+        normal, bases[side], _, _ = displacement(surface, field, new)
+        here.append(new - normal)
     return np.array(left + right[::-1])
 
 
@@ -234,14 +239,37 @@ def mix(moves, changes, steps):
     return steps - np.tensordot(gamma, moves + changes, axes=1)
 
 
-def relax(surface, field, path, tolerance, cap, limit, share):
+def follow_surface(surface, x, frame):
+    """Displacement across the surface's own tangents at x, these tangents, and the frame turned toward them."""
+    order, square = nearest(surface.points, x)
+    weights = blend_weights(square)
+    tangents, radii = surface.tangents[order[:-1]], surface.radii[order[:-1]]
+    frame = orthonormalise(frame @ np.einsum("j,jac,jae->ce", weights * radii**2, tangents, tangents))[0]
+    exponents = powers(len(frame), surface.degrees[-1])
+    slopes, h = np.zeros((len(x), len(x))), 1e-5
+    for i, weight, A in zip(order, weights, tangents, strict=False):
+        u = A @ (x - surface.points[:, i])
+        u = u * min(1.0, REACH / max(np.linalg.norm(u), 1e-300))
+        ahead = np.array([np.prod((u + h * e) ** exponents, axis=1) for e in np.eye(len(u))])
+        behind = np.array([np.prod((u - h * e) ** exponents, axis=1) for e in np.eye(len(u))])
+        slopes += weight * surface.bends[i, :, : len(exponents)] @ ((ahead - behind) / (2.0 * h)).T @ A
+    basis = orthonormalise(frame @ slopes.T)[0]
+    normal = sum(w * anchor_displacement(surface, i, x) for i, w in zip(order, weights, strict=False))
+    return normal - basis.T @ (basis @ normal), basis, frame
+
+
+def relax(surface, field, path, tolerance, cap, limit, share, own=False, rate=1.0):
     """Accelerated steps until the next one would be below the tolerance."""
+    frames = [surface.tangents[nearest(surface.points, q)[0][0]] for q in path]
     moves, changes, steps, before = [], [], None, None
     size = next_size = np.inf
     earlier, iteration = 0.0, 0
     while next_size >= tolerance and iteration < limit:
         found = [displacement(surface, field, q)[:2] for q in path]
-        normals, bases = np.array([r for r, _ in found]), np.array([basis for _, basis in found])
+        if own:
+            found = [follow_surface(surface, q, frame) for q, frame in zip(path, frames, strict=True)]
+            frames = [frame for _, _, frame in found]
+        normals, bases = np.array([f[0] for f in found]), np.array([f[1] for f in found])
         plain = newton_steps(path, normals, bases)
         last, size = size, np.linalg.norm(plain, axis=1).max()
         if iteration > 0:
@@ -252,7 +280,7 @@ def relax(surface, field, path, tolerance, cap, limit, share):
         next_size = size * (share if iteration < 2 else max(share, earlier))
         steps = mix(np.array(moves), np.array(changes), plain) if moves else plain
         lengths = np.linalg.norm(steps, axis=1)
-        steps = steps * np.minimum(1.0, cap / np.maximum(lengths, 1e-300))[:, None]
+        steps = steps * np.minimum(rate, cap / np.maximum(lengths, 1e-300))[:, None]
         before, path, iteration = plain, path + steps, iteration + 1
     return path, iteration, next_size, share
 

@@ -99,7 +99,7 @@ def _leg(terrain: Terrain, ends: Array, spacing: float, query: Query) -> Leg:
         path, steps = renewed(terrain, onward, spacing)
         if len(path):
             return Leg(path, "renewed", steps, True, perf_counter() - begun)
-    found = geodesic(model, model.encode(ends[0]), model.encode(ends[1]), FIRST)
+    found = geodesic(model, model.encode(ends), FIRST)
     shortest = terrain.coordinates(model.path(ends[0], ends[1], found.states))
     at = terrain.first_blocked(shortest)
     if method == "geodesic" or (at < 0 and found.converged):

@@ -17,6 +17,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 TOLERANCE = 1e-7  # of the last step, in rms radii of the data
 LEAF_TOLERANCE = 1e-10  # the same, of the paper's own conditions
 LIMIT = 100  # iterations
+SLOW = 0.5  # share of a step that is taken where whole ones did not converge
 CAP = 0.3  # longest step of a path state in one iteration, in rms radii
 
 
@@ -30,50 +31,67 @@ class Geodesic:
         converged: whether its last step was below the tolerance.
         first: "grown" (Algorithm 1), "graph" (over the anchors, where growing did not meet or did not settle) or
             "recordings" (beside those that spread about it).
+        own: whether it is solved with the surface's own tangents, as where the field's lie across it.
     """
 
     states: Array
     iterations: int
     converged: bool
     first: str
+    own: bool = False
 
 
-def geodesic(model: Model, start: Array, goal: Array, points: int) -> Geodesic:
-    """From start to goal, inner coordinates (D - f,), which stay as they are."""
-    found = _solved(model, np.array([start, goal]), points, "grown")
+def geodesic(model: Model, ends: Array, points: int) -> Geodesic:
+    """Between two ends, inner coordinates (2, D - f), which stay as they are.
+
+    Where the field's tangents lie across the surface somewhere along it, it is solved with the surface's own.
+    """
+    found = _solved(model, ends, points, "grown")
     if found.converged:
         return found
-    over_anchors = graph_path(model, start, goal)
-    found = _solved(model, over_anchors, points, "graph")
-    if found.converged:
-        return found
-    # Where recordings spread, anchors lie too thick for a smooth surface: a path that wanders is no improvement.
-    path = np.empty((points, len(start)))
-    resample(over_anchors, path)
-    return Geodesic(path, found.iterations, False, "graph")
+    over_anchors = graph_path(model, ends)
+    for first, kind, rate in ((ends, "grown", 1.0), (over_anchors, "graph", 1.0), (over_anchors, "graph", SLOW)):
+        found = _solved(model, first, points, kind, True, rate)
+        if found.converged:
+            return found
+    return Geodesic(_even(over_anchors, points), found.iterations, False, "graph")
 
 
-def leaf_geodesic(model: Model, start: Array, goal: Array, points: int) -> Geodesic:
+def roundabout(model: Model, ends: Array, points: int) -> Geodesic:
+    """The way over the anchors as it is.
+
+    Where recordings spread, anchors lie too thick for a smooth surface: a path that wanders is no improvement.
+    """
+    return Geodesic(_even(graph_path(model, ends), points), 0, False, "graph")
+
+
+def _even(way: Array, points: int) -> Array:
+    path = np.empty((points, way.shape[1]))
+    resample(way, path)
+    return path
+
+
+def leaf_geodesic(model: Model, ends: Array, points: int) -> Geodesic:
     """The paper's own path: err_M alone, which aligns tangents along the path but ties it to no data.
 
     Solves the two fixed-point equations of the printed descent together; from the same first path.
     """
-    first = geodesic(model, start, goal, points)
+    first = geodesic(model, ends, points)
     path = first.states.copy()
     iterations, moved = relax_on_field(model.field, path, LEAF_TOLERANCE, LIMIT)
     return Geodesic(path, int(iterations), bool(moved < LEAF_TOLERANCE), first.first)
 
 
-def _solved(model: Model, first: Array, points: int, kind: str) -> Geodesic:
+def _solved(model: Model, first: Array, points: int, kind: str, own: bool = False, rate: float = 1.0) -> Geodesic:
     path = np.empty((points, first.shape[1]))
-    iterations, moved = solve_geodesic(model.table, first, model.step, path, TOLERANCE, CAP, LIMIT)
-    return Geodesic(path, iterations, moved < TOLERANCE, kind)
+    iterations, moved = solve_geodesic(model.table, first, model.step, path, TOLERANCE, CAP, LIMIT, own, rate)
+    return Geodesic(path, iterations, moved < TOLERANCE, kind, own)
 
 
-def graph_path(model: Model, start: Array, goal: Array) -> Array:
-    """The shortest way over neighbouring anchors; (n, D - f), start and goal included."""
+def graph_path(model: Model, ends: Array) -> Array:
+    """The shortest way over neighbouring anchors; (n, D - f), both ends (2, D - f) included."""
     anchors = model.anchors
-    first, last = np.asarray(KDTree(anchors).query(np.vstack([start, goal]))[1])
+    first, last = np.asarray(KDTree(anchors).query(ends)[1])
     i, j = model.edges.T
     lengths = np.maximum(np.linalg.norm(anchors[i] - anchors[j], axis=1), 1e-300)
     graph = coo_matrix((lengths, (i, j)), shape=(len(anchors), len(anchors)))
@@ -81,4 +99,4 @@ def graph_path(model: Model, start: Array, goal: Array) -> Array:
     way = [int(last)]
     while way[-1] != first and before[way[-1]] >= 0:
         way.append(int(before[way[-1]]))
-    return np.vstack([start, anchors[way[::-1]], goal])
+    return np.vstack([ends[:1], anchors[way[::-1]], ends[1:]])

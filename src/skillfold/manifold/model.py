@@ -71,6 +71,11 @@ class Model:
     def _table(self) -> Table:
         return tabled(self.surface, self.field, self.centre, self.kept, self.scale)
 
+    @cached_property
+    def _outward(self) -> Array:
+        """(D - f, D) from inner coordinates to offsets from the centre."""
+        return self.scale * self.kept.T
+
     def __getstate__(self) -> dict[str, Any]:
         """For another process, where the table's addresses mean nothing."""
         return {name: value for name, value in self.__dict__.items() if name != "_table"}
@@ -96,7 +101,8 @@ class Model:
 
     def path(self, start: Array, goal: Array, inner: Array) -> Array:
         """States (n, D) with inner coordinates (n, D - f); what is free goes straight from start to goal."""
-        states = self.centre + inner @ (self.scale * self.kept.T)
+        states = inner @ self._outward
+        states += self.centre
         if self.free.shape[1]:
             first, last = (start - self.centre) @ self.free, (goal - self.centre) @ self.free
             share = np.linspace(0.0, 1.0, len(inner))[:, None]

@@ -11,10 +11,10 @@ from scipy.ndimage import gaussian_filter1d
 from skillfold.check import Check, check_path
 from skillfold.clearance import Clearance
 from skillfold.manifold.aside import aside_of
-from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic
+from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, roundabout
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import OnManifold, project_anchored, within_limits
+from skillfold.manifold.projection import OnManifold, project_anchored, seem_off, within_limits
 from skillfold.manifold.route import Route
 from skillfold.motion import Path, Plan
 from skillfold.spaces import StateSpace
@@ -57,12 +57,26 @@ def plan_geodesic(
     asked, moved, supported = onto(model, space, query.states)
     counts = shares(asked, query.points)
     solve, inner = leaf_geodesic if leaf else geodesic, model.encode(asked)
-    parts = [solve(model, inner[i], inner[i + 1], count) for i, count in enumerate(counts)]
-    legs = [model.path(asked[i], asked[i + 1], part.states) for i, part in enumerate(parts)]
-    states = joined(space, legs, asked, counts)
-    tolerance = usual(model) * (1.0 + 1e-9)  # ends that were left where they are keep this too
-    check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model))
+    parts = [solve(model, inner[i : i + 2], count) for i, count in enumerate(counts)]
+    check, states = _checked(model, space, asked, parts)
+    if not check.ok and any(part.own for part in parts):
+        safer = [
+            roundabout(model, inner[i : i + 2], len(part.states)) if part.own else part
+            for i, part in enumerate(parts)
+        ]
+        checked, over_anchors = _checked(model, space, asked, safer)
+        if checked.ok:
+            check, states, parts = checked, over_anchors, safer
     return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
+
+
+def _checked(model: Model, space: StateSpace, asked: Array, parts: list[Geodesic]) -> tuple[Check, Array]:
+    """Verdict on the path through the asked states, and its states (n, D)."""
+    legs = [model.path(asked[i], asked[i + 1], part.states) for i, part in enumerate(parts)]
+    states = joined(space, legs, asked, [len(leg) for leg in legs])
+    near = usual(model)
+    tolerance = near * (1.0 + 1e-9)  # ends that were left where they are keep this too
+    return check_path(states, OnManifold(model, tolerance), tolerance, space, near), states
 
 
 def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
@@ -110,10 +124,13 @@ def usual(model: Model) -> float:
 
 def onto(model: Model, space: StateSpace, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
-    distance = OnManifold(model, usual(model)).distance(states)
-    if distance.max() <= usual(model):
+    near = usual(model)
+    if seem_off(model, states).max() <= near:
         return states, np.zeros(len(states)), True
-    off, onto = distance > usual(model), states.copy()
+    distance = OnManifold(model, near).distance(states)
+    off, onto = distance > near, states.copy()
+    if not off.any():
+        return states, np.zeros(len(states)), True
     onto[off], inside = project_anchored(model, states[off])
     onto[off] = within_limits(model, onto[off], space)
     return onto, np.linalg.norm(onto - states, axis=1), bool(inside.all())
@@ -133,8 +150,11 @@ def shares(states: Array, points: int) -> list[int]:
 
 def joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]) -> Array:
     """Legs in a row, through the asked states to the bit."""
-    states = np.vstack([legs[0], *(leg[1:] for leg in legs[1:])]) if legs[1:] else legs[0]
+    states = np.vstack([legs[0], *(leg[1:] for leg in legs[1:])]) if len(legs) > 1 else legs[0]
     states = states if space.is_flat else space.normalize(states)
+    if len(legs) == 1:
+        states[0], states[-1] = asked
+        return states
     for i, state in zip(accumulate((n - 1 for n in counts), initial=0), asked, strict=True):
         states[i] = state
     return states
@@ -162,16 +182,18 @@ def _hold(model: Model, states: Array, given: Array, spread: Array) -> Array:
 
 
 def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
-    ends = enumerate(moved.tolist())
-    parts = [f"{_end(i, len(moved))} moved {m:.3g} onto the manifold" for i, m in ends if m > 0]
+    parts = [f"{_end(int(i), len(moved))} moved {moved[i]:.3g} onto the manifold" for i in moved.nonzero()[0]]
     if not supported:
         parts.append("an end lies far from the demonstrations")
-    if any(leg.first == "graph" for leg in legs):
+    firsts = [leg.first for leg in legs]
+    if "graph" in firsts:
         parts.append("first path found over the anchors")
-    if any(leg.first == "recordings" for leg in legs):
+    if "recordings" in firsts:
         parts.append("led by the recordings, which spread")
-    if not all(leg.converged for leg in legs):
-        parts.append("the solver stopped at its iteration limit")
+    if True in [leg.own for leg in legs]:
+        parts.append("solved with the surface's own tangents, as the field's lie across it")
+    if False in [leg.converged for leg in legs]:
+        parts.append("not relaxed to the shortest, as that did not converge or left the manifold")
     return "Shortest path on the manifold" + "".join(f"; {part}" for part in parts) + "."
 
 

@@ -87,6 +87,11 @@ def tangents(model: Model, states: Array) -> Array:
     return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
 
 
+def seem_off(model: Model, states: Array) -> Array:
+    """How far states (B, D) seem to be from the modelled surface, by their displacements alone; (B,)."""
+    return displacements(model.table, states, model.trust.ghost * model.scale)[0]
+
+
 def judge(model: Model, states: Array, enough: float) -> tuple[Array, Array]:
     """Distances of states (B, D) from the modelled surface, and from the nearest anchor; both (B,).
 

@@ -50,10 +50,10 @@ def copy_rows(source: Array, out: Array) -> None:
 
 
 @inlined
-def take(path: Array, steps: Array, cap: float) -> None:
-    """Take the steps (n, D), none longer than `cap`; they are left as taken."""
+def take(path: Array, steps: Array, rate: float, cap: float) -> None:
+    """Take a share `rate` of the steps (n, D), none longer than `cap`; they are left as taken."""
     for i in range(len(path)):
-        shrink = min(1.0, cap / max(norm(steps[i]), 1e-300))
+        shrink = min(rate, cap / max(norm(steps[i]), 1e-300))
         for c in range(path.shape[1]):
             steps[i, c] *= shrink
             path[i, c] += steps[i, c]

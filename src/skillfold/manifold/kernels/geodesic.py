@@ -6,6 +6,7 @@ import numpy as np
 
 from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, take
+from skillfold.manifold.kernels.frames import follow_surface, make_frames
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
 from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
 from skillfold.manifold.kernels.tabled import field_at, surface_at
@@ -14,7 +15,7 @@ from skillfold.tables import Indices
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 GROWN = 2000  # states that a first path may have
-COARSE = 13  # states of the path that is relaxed first, where many are asked
+COARSE = 9  # states of the path that is relaxed first, where many are asked
 ROUGH = 1e-4  # tolerance of that, in rms radii of the data: a curve through so few states is off by more
 MEMORY = 5  # iterations that the acceleration looks back on
 WORSE = 2.0  # times the last step: a larger one shows that what was learnt of the iteration no longer holds
@@ -27,12 +28,12 @@ def grow_path(
     """Grow from both ends in turn along the projected direction until they meet; the number of states grown.
 
     Algorithm 1 with its faults mended: the grown points are kept, in `grown` (limit, D), start first; steps go
-    toward the other end; each is followed by two straight back onto the surface. Returns 0 where the ends do not
-    meet within the limit or stop getting closer.
+    toward the other end, along the tangents found last; each is followed by one straight back onto the surface.
+    Returns 0 where the ends do not meet within the limit or stop getting closer.
     """
     limit, D = grown.shape
     normal, basis, within = scratch.normals[0], scratch.bases[0], scratch.along
-    direction = np.empty(D)
+    direction, tangents = np.empty(D), np.empty((2, *basis.shape))
     left, right = 0, limit - 1
     copy(start, grown[left])
     copy(goal, grown[right])
@@ -44,21 +45,23 @@ def grow_path(
             break
         if right - left < 2:
             return 0
-        forward = (left + limit - 1 - right) % 2 == 0
-        here = left if forward else right
-        there = left + 1 if forward else right - 1
-        evaluate(surface, field, grown[here : here + 1], scratch)
-        keep_along(basis, direction, within)
+        grown_already = left + limit - 1 - right
+        forward = grown_already % 2 == 0
+        here, there, side = (left, left + 1, 0) if forward else (right, right - 1, 1)
+        if grown_already < 2:
+            evaluate(surface, field, grown[here : here + 1], scratch)
+            copy_rows(basis, tangents[side])
+        keep_along(tangents[side], direction, within)
         length = norm(direction)
         if length < 1e-6 * gap:
             return 0
         signed = step / length if forward else -step / length
         for c in range(D):
             grown[there, c] = grown[here, c] + signed * direction[c]
-        for _ in range(2):
-            evaluate(surface, field, grown[there : there + 1], scratch)
-            for c in range(D):
-                grown[there, c] -= normal[c]
+        evaluate(surface, field, grown[there : there + 1], scratch)
+        copy_rows(basis, tangents[side])
+        for c in range(D):
+            grown[there, c] -= normal[c]
         if forward:
             left = there
         else:
@@ -109,30 +112,32 @@ def newton_steps(
     """
     n, D = path.shape
     d = tangents.shape[1]
-    block = np.empty((d, d))
+    block, link, pull = np.empty((d, d)), np.zeros((d, d)), np.empty(D)
     for i in range(1, n - 1):
+        for c in range(D):
+            bend = path[i - 1, c] - 2.0 * path[i, c] + path[i + 1, c]
+            pull[c] = bend - normals[i - 1, c] + 2.0 * normals[i, c] - normals[i + 1, c]
         for a in range(d):
             s = 0.0
             for c in range(D):
-                bend = path[i - 1, c] - 2.0 * path[i, c] + path[i + 1, c]
-                s -= tangents[i, a, c] * (bend - normals[i - 1, c] + 2.0 * normals[i, c] - normals[i + 1, c])
+                s -= tangents[i, a, c] * pull[c]
             right[i, a, d] = s - force[i, a]
+            for b in range(d):
+                block[a, b] = (-2.0 if a == b else 0.0) - stiffness[i, a, b]
+        if i > 1:
+            for a in range(d):
+                for e in range(d):
+                    s = link[e, a]  # of this point's tangents with those of the one before
+                    for b in range(d):
+                        block[a, b] -= s * right[i - 1, e, b]
+                    right[i, a, d] -= s * right[i - 1, e, d]
+        for a in range(d):
             for b in range(d):
                 s = 0.0
                 if i < n - 2:
                     for c in range(D):
                         s += tangents[i, a, c] * tangents[i + 1, b, c]
-                right[i, a, b] = s
-                block[a, b] = (-2.0 if a == b else 0.0) - stiffness[i, a, b]
-        if i > 1:
-            for a in range(d):
-                for e in range(d):
-                    s = 0.0
-                    for c in range(D):
-                        s += tangents[i, a, c] * tangents[i - 1, e, c]
-                    for b in range(d):
-                        block[a, b] -= s * right[i - 1, e, b]
-                    right[i, a, d] -= s * right[i - 1, e, d]
+                right[i, a, b] = link[a, b] = s
         solve_in_place(block, right[i])
     for i in range(n - 2, 0, -1):
         if i < n - 2:
@@ -146,6 +151,14 @@ def newton_steps(
 
 
 @inlined
+def between_ends(s: Scratch) -> Scratch:
+    """The same memory for the states of a path but its first."""
+    per_state = s.nearest[1:], s.squares[1:], s.normals[1:], s.bases[1:], s.doubts[1:]
+    anchors = s.distances, s.starts, s.start_squares
+    return Scratch(*per_state, *anchors, s.weights[1:], s.offset, s.along, s.values, s.monomials, s.features)
+
+
+@inlined
 def relax(
     surface: Surface,
     field: Field,
@@ -154,22 +167,28 @@ def relax(
     cap: float,
     limit: int,
     share: float,
+    own: bool,
+    rate: float,
     scratch: Scratch,
 ) -> tuple:
     """Make `path` (n, D) a geodesic in place, its ends fixed; (iterations, step that would be next, share left).
 
     Iterates `newton_steps`, which leave out how the surface bends: each leaves about the same share of the error.
     So they are accelerated, and the shares seen last tell how large the next step may be; below `tolerance` it is
-    not taken. Before any is seen, `share` is believed.
+    not taken. Before any is seen, `share` is believed. Its tangents are the field's, or the surface's `own`; of each
+    step a share `rate` is taken.
     """
     n, D = path.shape
     d = field.weights.shape[0]
     right, steps, before = np.empty((n, d, d + 1)), np.zeros((n, D)), np.zeros((n, D))
     stiffness, force = np.zeros((n, d, d)), np.zeros((n, d))
     path_changes, step_changes = np.zeros((MEMORY, n, D)), np.zeros((MEMORY, n, D))
+    inside, frames = between_ends(scratch), make_frames(surface, n - 2 if own else 0)
     next_size, size, earlier, iteration, known = np.inf, np.inf, 0.0, 0, 0
     while iteration < limit and next_size >= tolerance:
-        evaluate(surface, field, path, scratch)
+        evaluate(surface, field, path[1 : n - 1], inside)
+        if own:
+            follow_surface(surface, path[1 : n - 1], iteration == 0, inside, frames)
         scratch.normals[0] = 0.0  # the ends stay where they are
         scratch.normals[n - 1] = 0.0
         slot = known % MEMORY
@@ -187,7 +206,7 @@ def relax(
         if known > 0:
             m = min(known, MEMORY)
             mix(path_changes[:m], step_changes[:m], steps)
-        take(path, steps, cap)
+        take(path, steps, rate, cap)
         iteration += 1
     return iteration, next_size, share
 
@@ -211,7 +230,15 @@ def refine(coarse: Array, path: Array) -> None:
 
 @njit
 def solve_geodesic(
-    t: Indices, first: Array, step: float, path: Array, tolerance: float, cap: float, limit: int
+    t: Indices,
+    first: Array,
+    step: float,
+    path: Array,
+    tolerance: float,
+    cap: float,
+    limit: int,
+    own: bool,
+    rate: float,
 ) -> tuple:
     """Relax a first path (m, D) into `path` (n, D); (iterations, last step).
 
@@ -227,12 +254,12 @@ def solve_geodesic(
         first = grown[: grow_path(surface, field, first[0], first[1], step, grown, scratch)]
     if len(first) == 0:
         return 0, np.inf
-    now = np.empty((COARSE, first.shape[1])) if grow and len(path) >= 2 * COARSE else path
+    now = np.empty((COARSE, first.shape[1])) if grow and len(path) >= 3 * COARSE else path
     resample(first, now)
     share = 1.0
     while True:
         enough = tolerance if len(now) == len(path) else max(tolerance, ROUGH)
-        iterations, moved, share = relax(surface, field, now, enough, cap, limit, share, scratch)
+        iterations, moved, share = relax(surface, field, now, enough, cap, limit, share, own, rate, scratch)
         if len(now) == len(path):
             return iterations, moved
         refine(now, path)
