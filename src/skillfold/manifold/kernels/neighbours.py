@@ -79,7 +79,7 @@ def search(
         own = 0.0
         for c in range(states.shape[1]):
             own += (states[i, c] - rows[centre, c]) ** 2
-        others = reaches[centre] - math.sqrt(own)
+        others = float(reaches[centre]) - math.sqrt(own)
         if others <= 0.0:
             break
         among(rows, neighbours, centre, states, i, around, squares, 0)
@@ -88,7 +88,7 @@ def search(
             break
         centre = around[i, 0]
     if not found:
-        others = np.inf
+        others = math.inf
         distances[:] = 0.0
         for c in range(states.shape[1]):
             here = states[i, c]
@@ -96,7 +96,7 @@ def search(
                 distances[k] += (here - points[c, k]) ** 2
         bound = min(farthest(distances, around[i]), farthest(distances, around[max(i - 1, 0)]))
         smallest_within(distances, bound, around[i], squares[0])
-    return min(others, math.sqrt(squares[0, squares.size - 1])) if squares.size < rows.shape[0] else np.inf
+    return min(others, math.sqrt(squares[0, squares.size - 1])) if squares.size < len(rows) else math.inf
 
 
 @inner
