@@ -8,9 +8,9 @@ from skillfold import ahead
 
 ASK = """
 from skillfold.manifold import ahead
-from skillfold.manifold.kernels.projection import project_states
+from skillfold.manifold.kernels.projection import bring_onto
 ahead.project_onto_a_line()
-print(sum(project_states.stats.cache_hits.values()), sum(project_states.stats.cache_misses.values()))
+print(sum(bring_onto.stats.cache_hits.values()), sum(bring_onto.stats.cache_misses.values()))
 """
 
 

@@ -183,6 +183,8 @@ class StateSpace:
             InputError: a quaternion is all zeros or not finite.
         """
         out = self._read(states).copy()
+        if not len(self.quaternions):
+            return out
         parts = out[..., self.quaternions]
         largest = np.abs(parts).max(axis=-1, keepdims=True)
         if not (np.isfinite(largest) & (largest > 0)).all():

@@ -10,6 +10,7 @@ from skillfold.manifold.kernels import frames as _frames
 from skillfold.manifold.kernels import geodesic as _geodesic
 from skillfold.manifold.kernels import leaf as _leaf
 from skillfold.manifold.kernels import neighbours as _neighbours
+from skillfold.manifold.kernels import newton as _newton
 from skillfold.manifold.kernels import projection as _projection
 from skillfold.manifold.kernels import pushes as _pushes
 from skillfold.manifold.kernels import small as _small
@@ -37,7 +38,8 @@ def callable_of(module):
 
 
 acceleration, geodesic, neighbours = map(callable_of, (_acceleration, _geodesic, _neighbours))
-projection, small, surface, tangents = map(callable_of, (_projection, _small, _surface, _tangents))
+newton, projection, small = map(callable_of, (_newton, _projection, _small))
+surface, tangents = map(callable_of, (_surface, _tangents))
 detours, frames, leaf, pushes, springs, trees, walking = map(
     callable_of, (_detours, _frames, _leaf, _pushes, _springs, _trees, _walking)
 )

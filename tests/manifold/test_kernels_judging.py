@@ -41,7 +41,7 @@ def test_judge(model, spread, enough):
 
 def test_judge_next_to_the_surface(model):
     """Where the displacement is taken for the distance, unless the anchors disagree."""
-    on, met = projection.project_states(*arrays(model), model.trust, model.states(20, 0.05))
+    on, met = projection.bring_onto(model.table, model.trust, model.states(20, 0.05))
     assert met.any()
     states = on[met] + 1e-7 * model.rng.normal(size=on[met].shape)
     expected = [twins.distance(*arrays(model), model.trust, x, 1e-6) for x in states]

@@ -13,21 +13,50 @@ def model(request):
     return random_model(7, *request.param)
 
 
-def test_nearest_anchors_and_among_ask_the_neighbours_first(model):
-    rows, listed = model.surface.rows, model.surface.neighbours
-    if not listed.shape[1]:
-        assert len(rows) < 192
-        return
-    state = rows[7:8] + 1e-3
-    nearest, squares = np.full((1, 9), 7), np.empty((1, 9))
-    own = neighbours.among(rows, listed, 7, state, 0, nearest, squares)
-    assert own == pytest.approx(len(rows[0]) * 1e-6, rel=1e-9)
-    np.testing.assert_array_equal(nearest[0], twins.nearest(model.surface.points, state[0])[0])
-    all_of_them = np.full(len(rows), np.nan)  # not asked: their distances stay as they are
-    neighbours.nearest_anchors(
-        model.surface.points, rows, listed, model.surface.reaches, state, all_of_them, nearest, squares
+def known(count, D, around):
+    """What is known of the anchors around so many states, at first: their names, and of no state how far."""
+    return np.tile(around, (count, 1)), np.empty((1, len(around))), np.zeros((count, D)), np.zeros(count)
+
+
+def test_search_and_among_ask_the_neighbours_first(model):
+    s = model.surface
+    state, rows = s.rows[4:5] + 1e-3, s.rows
+    around, squares, _, _ = known(1, 1, np.arange(min(16, len(rows))))
+    wanted, found = np.empty((1, 3), np.int64), np.empty((1, 3))
+    neighbours.among(rows, around, 0, state, 0, wanted, found, 0)
+    named = ((rows[around[0]] - state) ** 2).sum(1)
+    np.testing.assert_array_equal(wanted[0], named.argsort()[:3])
+    np.testing.assert_allclose(found[0], np.sort(named)[:3], rtol=1e-12)
+    everywhere = np.linalg.norm(rows - state, axis=1)
+    if s.neighbours.shape[1]:
+        around[0, :16] = s.neighbours[4, :16]
+    distances = np.full(len(rows), np.nan)
+    others = neighbours.search(
+        s.points, rows, s.neighbours, s.reaches, state, 0, around.shape[1] - 1, distances, around, squares
     )
-    assert np.isnan(all_of_them).all()
+    np.testing.assert_array_equal(around[0], everywhere.argsort()[:16])
+    assert others == np.inf or others <= np.sort(everywhere)[16] + 1e-12
+    assert np.isnan(distances).all() == bool(s.neighbours.shape[1])  # not asked: they stay as they are
+
+
+def test_nearest_anchors_of_states_that_move(model):
+    """By short steps and by leaps: what was known before is never told from what is found."""
+    s, K, m = model.surface, min(16, len(model.surface.rows)), min(9, len(model.surface.rows))
+    states = model.states(6, 0.2)
+    kept, distances = known(6, states.shape[1], np.arange(K)), np.empty(len(s.rows))
+    for step in (0.0, 1e-9, 1e-3, 0.03, 0.03, 0.1, 1.0, 0.0):
+        states = states + step * model.rng.normal(size=states.shape)
+        fresh = known(6, states.shape[1], np.arange(K))
+        answers = []
+        for state_of_knowledge in (kept, fresh):
+            nearest, squares = np.empty((6, m), np.int64), np.empty((6, m))
+            neighbours.nearest_anchors(
+                s.points, s.rows, s.neighbours, s.reaches, states, distances, nearest, squares, *state_of_knowledge
+            )
+            answers.append((nearest, squares))
+        np.testing.assert_array_equal(answers[0][0], answers[1][0])
+        np.testing.assert_array_equal(answers[0][1], answers[1][1])
+        np.testing.assert_array_equal(answers[0][0], [twins.nearest(s.points, x)[0] for x in states])
 
 
 @pytest.mark.parametrize(("count", "wanted"), [(20, 1), (20, 5), (5, 5), (1, 1)])

@@ -22,21 +22,6 @@ def room(model, n):
     return surface.make_scratch(*arrays(model), 4 * n)
 
 
-@pytest.mark.parametrize(("tolerance", "steps"), [(1e-10, 40), (1e-4, 5)])
-@pytest.mark.parametrize("bounded", [False, True])
-def test_descend(model, bounded, tolerance, steps):
-    """All at once as one by one."""
-    trust = model.trust
-    limits = (trust.spacing, trust.doubt, trust.cap) if bounded else (np.inf, np.inf, trust.cap)
-    states, starts = model.states(20, 0.3), model.states(20, 0.0)
-    points = starts.copy()
-    met = projection.descend(*arrays(model), *limits, states, points, tolerance, float(steps), room(model, 20))
-    for i in range(20):
-        expected, good = twins.descend(*arrays(model), *limits, states[i], starts[i], tolerance, steps)
-        assert met[i] == good
-        np.testing.assert_allclose(points[i], expected, atol=1e-8)
-
-
 @pytest.mark.parametrize("spacing", [0.05, 0.5])
 @pytest.mark.parametrize("sure", [0, 2, None])
 def test_find_starts(model, sure, spacing):
@@ -110,16 +95,17 @@ def test_project_near(model):
         np.testing.assert_allclose(points[i], expected, atol=1e-8)
 
 
-def test_step_back(model):
-    states = model.states(10, 0.3)
-    points, met = states.copy(), np.zeros(10, bool)
-    met[3] = True  # left where it is
-    projection.step_back(*arrays(model), points, 1e-10, room(model, 10), met)
-    for i in set(range(10)) - {3}:
-        expected, good = twins.step_back(*arrays(model), states[i], 1e-10)
-        assert met[i] == good
-        np.testing.assert_allclose(points[i], expected, atol=1e-9)
-    np.testing.assert_array_equal(points[3], states[3])
+def test_bring_onto(model):
+    """The same for the states of a model in a table."""
+    states, starts = model.states(10, 0.1), model.states(10, 0.0)
+    for found, expected in (
+        (projection.bring_onto(model.table, model.trust, states), projection.project_states),
+        (projection.bring_onto_near(model.table, model.trust, states, starts), projection.project_near),
+    ):
+        given = (states, starts)[: 1 if expected is projection.project_states else 2]
+        points, met = expected(*arrays(model), model.trust, *given)
+        np.testing.assert_allclose(found[0], points, atol=1e-9)
+        np.testing.assert_array_equal(found[1], met)
 
 
 def test_gap(model):

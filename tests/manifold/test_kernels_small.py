@@ -14,6 +14,7 @@ MODULES = [
     "neighbours",
     "tangents",
     "surface",
+    "newton",
     "projection",
     "leaf",
     "judging",

@@ -42,3 +42,19 @@ def test_encode():
     kept, centre, states = np.linalg.qr(rng.normal(size=(4, 3)))[0], rng.normal(size=4), rng.normal(size=(6, 4))
     table = tabled.tabled(model.surface, model.field, centre, kept, 2.5)
     np.testing.assert_allclose(encoded(table.entries, states), (states - centre) @ kept / 2.5, atol=1e-14)
+
+
+@numba.njit
+def moved(t, states, inner, points):
+    return tabled.moved(t, states, inner, points)
+
+
+def test_moved():
+    """What is free stays."""
+    rng = np.random.default_rng(6)
+    model = random_model(3, *SHAPES[2])
+    kept, states = np.linalg.qr(rng.normal(size=(4, 3)))[0], rng.normal(size=(6, 4))
+    inner, points = rng.normal(size=(2, 6, 3))
+    table = tabled.tabled(model.surface, model.field, rng.normal(size=4), kept, 2.5)
+    expected = states + 2.5 * (points - inner) @ kept.T
+    np.testing.assert_allclose(moved(table.entries, states, inner, points), expected, atol=1e-14)

@@ -48,3 +48,12 @@ def test_remove_tangential(model):
     expected = vectors - np.einsum("iac,iab,ib->ic", bases, bases, vectors)
     tangents.remove_tangential(bases, vectors, np.empty(bases.shape[1]))
     np.testing.assert_allclose(vectors, expected, atol=1e-13)
+
+
+def test_keep_tangential(model):
+    """There may be more bases than vectors."""
+    states = model.states(10)
+    bases, vectors = bases_at(model, states), model.rng.normal(size=states[:7].shape)
+    expected = np.einsum("iac,iab,ib->ic", bases[:7], bases[:7], vectors)
+    tangents.keep_tangential(bases, vectors, np.empty(bases.shape[1]))
+    np.testing.assert_allclose(vectors, expected, atol=1e-13)

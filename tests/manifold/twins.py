@@ -90,26 +90,46 @@ def displacement(surface, field, x):
 
 def descend(surface, field, farthest, most_doubt, cap, state, point, tolerance=1e-10, steps=40):
     """Anchored Newton toward `state` along the surface; the point reached and whether it is on the surface."""
-    rate, before, previous, retreated = 1.0, np.inf, point, True
+    rate, before, pull, last = 1.0, np.inf, 1.0, None
     for _ in range(steps):
         normal, basis, square, doubt = displacement(surface, field, point)
-        if not retreated and (square > farthest**2 or doubt > most_doubt):
-            rate, point, retreated = rate / 2, previous, True
-            continue
-        along = basis.T @ (basis @ (state - point))
-        off, pull = np.linalg.norm(normal), np.linalg.norm(along)
-        if off < tolerance and rate * pull < tolerance:
+        sure, more = False, 0.0
+        if last is not None and (square > farthest**2 or doubt > most_doubt):
+            shorter = shortened(rate, cap / pull)
+            if shorter == rate:
+                return step_back(surface, field, last[0], tolerance)
+            rate = shorter
+        else:
+            along = basis.T @ (basis @ (state - point))
+            off, pull = np.linalg.norm(normal), np.linalg.norm(along)
+            if off < tolerance and rate * pull < tolerance:
+                return point, True
+            ratio = (off + pull) / before
+            if ratio > 0.7:
+                rate = max(0.6 * rate, 0.05)
+            elif ratio < 0.5:
+                rate = min(1.25 * rate, 1.0)
+            step = along - normal
+            if last is not None and ratio < 0.5:
+                sure = ratio * (off + pull) < 0.5 * tolerance
+                if rate == 1.0 and off + pull < cap:
+                    turn = step - last[1]
+                    more = (step @ turn) / (turn @ turn) * (turn + point - last[0])
+            last, before, pull = (point, step, along, normal), off + pull, max(pull, 1e-300)
+        start, _, along, normal = last
+        back = min(1.0, cap / max(np.linalg.norm(normal), 1e-300))
+        point = start + min(rate, cap / pull) * along - back * normal - more
+        if sure:
             return point, True
-        if rate < 1e-3:
-            break
-        if off + pull > 0.7 * before:
-            rate = max(0.6 * rate, 0.05)
-        elif off + pull < 0.5 * before:
-            rate = min(1.25 * rate, 1.0)
-        before, previous, retreated = off + pull, point, False
-        forth = min(rate, cap / max(pull, 1e-300))
-        point = point + forth * along - min(1.0, cap / max(off, 1e-300)) * normal
     return step_back(surface, field, point, tolerance)
+
+
+def shortened(rate, most):
+    """The first rate, each three tenths of the one before but a twentieth at least, with a shorter step; or none."""
+    rates = [rate]
+    while rates[-1] > 0.05:
+        rates.append(max(0.3 * rates[-1], 0.05))
+    return next((r for r in rates if min(r, most) < min(rate, most)), rate)
 
 
 def step_back(surface, field, point, tolerance):
@@ -141,7 +161,8 @@ def project_state(surface, field, trust, state):
     off = np.linalg.norm(normal)
     within = np.inf if doubt < 10.0 * trust.doubt else trust.ghost if doubt < trust.ghost else 0.0
     if off < min(0.25 * surface.radii[order[0]], within):
-        point, met = descend(surface, field, np.inf, np.inf, trust.cap, state, state)
+        foot = state - min(1.0, trust.cap / off) * normal
+        point, met = descend(surface, field, np.inf, np.inf, trust.cap, state, foot)
         if met and np.linalg.norm(state - point) < within:
             return point, True
     anchors = surface.points.T[starts(surface, trust, state)]

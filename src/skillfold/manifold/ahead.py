@@ -3,7 +3,7 @@
 import numpy as np
 
 from skillfold.manifold.kernels.judging import nearest_distances
-from skillfold.manifold.kernels.projection import project_states
+from skillfold.manifold.kernels.projection import bring_onto
 from skillfold.manifold.kernels.surface import Field, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import as_maps, build_surface
@@ -20,8 +20,8 @@ def project_onto_a_line() -> None:
     surface = build_surface(points, *maps, ones, monomials(1, 1))
     field = Field(np.zeros((2, 1)), 1.0, np.array([[[1.0], [0.0]]]))
     states = np.ones((1, 2))
-    project_states(surface, field, Trust(1.0, 1.0, 1.0, np.ones(ANCHORS, bool), 1.0), states)
     table = tabled(surface, field, np.zeros(2), np.eye(2), 1.0)
+    bring_onto(table.entries, Trust(1.0, 1.0, 1.0, np.ones(ANCHORS, bool), 1.0), states)
     nearest_distances(table.entries, states)
 
 

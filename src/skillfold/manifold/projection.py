@@ -11,7 +11,7 @@ import numpy as np
 
 from skillfold.manifold.kernels.judging import displacements, nearest_distances
 from skillfold.manifold.kernels.leaf import field_bases, follow_leaf
-from skillfold.manifold.kernels.projection import project_near, project_states
+from skillfold.manifold.kernels.projection import bring_onto, bring_onto_near
 from skillfold.manifold.model import Model
 from skillfold.spaces import StateSpace
 
@@ -24,14 +24,12 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 def project_anchored(model: Model, states: Array) -> tuple[Array, Flags]:
     """Closest points of the modelled surface to states (B, D), and whether it was met (B,)."""
-    inner, inside = project_states(model.surface, model.field, model.trust, model.encode(states))
-    return model.moved(states, inner), inside
+    return bring_onto(model.table, model.trust, states)
 
 
 def project_from(model: Model, states: Array, near: Array) -> tuple[Array, Flags]:
     """The same, found from `near` (B, D) alone: tracked states, so that the answer stays on their sheet."""
-    inner, inside = project_near(model.surface, model.field, model.trust, model.encode(states), model.encode(near))
-    return model.moved(states, inner), inside
+    return bring_onto_near(model.table, model.trust, states, near)
 
 
 def project_leaf(model: Model, states: Array, near: Array, rate: float, steps: int) -> Array:

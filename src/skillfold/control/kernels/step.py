@@ -11,7 +11,8 @@ import numpy as np
 from skillfold.control.kernels.law import across, bound, feedback, restrain
 from skillfold.control.kernels.reference import evaluate
 from skillfold.jit import function_at, njit
-from skillfold.manifold.kernels.projection import descend, gap
+from skillfold.manifold.kernels.newton import descend
+from skillfold.manifold.kernels.projection import gap
 from skillfold.manifold.kernels.small import copy
 from skillfold.manifold.kernels.surface import evaluate as evaluate_surface
 from skillfold.manifold.kernels.surface import make_scratch

@@ -154,8 +154,10 @@ def newton_steps(
 def between_ends(s: Scratch) -> Scratch:
     """The same memory for the states of a path but its first."""
     per_state = s.nearest[1:], s.squares[1:], s.normals[1:], s.bases[1:], s.doubts[1:]
+    around = s.around[1:], s.around_squares, s.origins[1:], s.known[1:]
     anchors = s.distances, s.starts, s.start_squares
-    return Scratch(*per_state, *anchors, s.weights[1:], s.offset, s.along, s.values, s.monomials, s.features)
+    own = s.offset, s.along, s.values, s.monomials, s.features
+    return Scratch(*per_state, *around, *anchors, s.weights[1:], *own)
 
 
 @inlined

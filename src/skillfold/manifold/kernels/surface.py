@@ -20,6 +20,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 BLENDED = 8  # anchors blended into one surface; the next one sets the width of the blend
 REACH = 1.5  # beyond this many radii a local polynomial goes on along its tangent
+AROUND = 16  # anchors that are known around a state: while it hardly moves, the nearest are among them
 STARTS = 4  # anchors from which a far state is projected, besides the state itself
 
 
@@ -90,6 +91,7 @@ class Scratch(NamedTuple):
         normals: (n, D) displacements from the surface.
         bases: (n, d, D) orthonormal rows, H's tangents.
         doubts: (n,) how far the blended anchors disagree.
+        around, around_squares, origins, known: (n, K), (1, K), (n, D) and (n,), see `nearest_anchors`.
         distances: (M,), squared, from the last state whose anchors were looked for among all.
         starts, start_squares: (s,) anchors from which a far state is projected.
     """
@@ -99,6 +101,10 @@ class Scratch(NamedTuple):
     normals: Array
     bases: Array
     doubts: Array
+    around: Indices
+    around_squares: Array
+    origins: Array
+    known: Array
     distances: Array
     starts: Indices
     start_squares: Array
@@ -116,14 +122,19 @@ def make_scratch(surface: Surface, field: Field, n: int) -> Scratch:
     D, M = surface.points.shape
     d = field.weights.shape[0]
     m = min(BLENDED, M - 1)
-    nearest = np.empty((n, m + 1), np.int64)
-    for j in range(m + 1):
-        nearest[:, j] = j
+    K = min(AROUND, M)
+    around = np.empty((n, K), np.int64)
+    for j in range(K):
+        around[:, j] = j
     return Scratch(
-        nearest,
+        np.empty((n, m + 1), np.int64),
         np.empty((n, m + 1)),
         np.zeros((n, D)),
         np.zeros((n, d, D)),
+        np.zeros(n),
+        around,
+        np.empty((1, K)),
+        np.zeros((n, D)),
         np.zeros(n),
         np.empty(M),
         np.zeros(min(STARTS, M), np.int64),
@@ -181,6 +192,10 @@ def find_nearest(surface: Surface, states: Array, scratch: Scratch) -> None:
         scratch.distances,
         scratch.nearest,
         scratch.squares,
+        scratch.around,
+        scratch.around_squares,
+        scratch.origins,
+        scratch.known,
     )
 
 
@@ -221,7 +236,8 @@ def displace(
     n, D = states.shape
     d, P = along.size, values.size
     for i in range(n):
-        normals[i] = 0.0
+        for c in range(D):
+            normals[i, c] = 0.0
         mean_square, square = 0.0, 0.0
         for j in range(weights.shape[1]):
             anchor, weight = nearest[i, j], weights[i, j]
@@ -241,18 +257,34 @@ def displace(
                     along[a] /= beyond
             monomials[0] = 1.0
             for p in range(1, P):
-                monomials[p] = monomials[parents[p]] * along[factors[p]]
+                # An index that may be negative would be looked at each time.
+                monomials[p] = monomials[np.uint64(parents[p])] * along[np.uint64(factors[p])]
             if beyond > 1.0:
                 # By homogeneity a monomial of degree g goes on along the ray with slope g: no blow-up far out.
                 for p in range(1, P):
                     monomials[p] *= 1.0 + degrees[p] * (beyond - 1.0)
-            for c in range(D):
+            # Three rows at a time, so that the monomials are loaded once for them.
+            c = 0
+            while c + 2 < D:
+                s0, s1, s2 = 0.0, 0.0, 0.0
+                for p in range(monomials.size):
+                    value = monomials[p]
+                    s0 += bends[anchor, c, p] * value
+                    s1 += bends[anchor, c + 1, p] * value
+                    s2 += bends[anchor, c + 2, p] * value
+                offset[c] -= s0
+                offset[c + 1] -= s1
+                offset[c + 2] -= s2
+                c += 3
+            while c < D:
                 s = 0.0
                 for p in range(monomials.size):
                     s += bends[anchor, c, p] * monomials[p]
-                away = offset[c] - s
-                mean_square += weight * away**2
-                normals[i, c] += weight * away
+                offset[c] -= s
+                c += 1
+            for c in range(D):
+                mean_square += weight * offset[c] ** 2
+                normals[i, c] += weight * offset[c]
         for c in range(D):
             square += normals[i, c] ** 2
         doubts[i] = math.sqrt(max(mean_square - square, 0.0))

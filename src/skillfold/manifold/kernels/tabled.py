@@ -33,6 +33,19 @@ def encode(t: Indices, states: Array) -> Array:
 
 
 @inlined
+def moved(t: Indices, states: Array, inner: Array, points: Array) -> Array:
+    """States (B, D) with inner coordinates `points` (B, E) instead of `inner`; what is free stays."""
+    kept, scale = matrix(t, KEPT), vector(t, SCALE)[0]
+    out = states.copy()
+    for i in range(len(states)):
+        for e in range(kept.shape[1]):
+            step = scale * (points[i, e] - inner[i, e])
+            for c in range(kept.shape[0]):
+                out[i, c] += step * kept[c, e]
+    return out
+
+
+@inlined
 def surface_at(t: Indices) -> Surface:
     """The surface of a table."""
     points = matrix(t, POINTS)

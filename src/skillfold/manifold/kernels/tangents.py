@@ -59,6 +59,23 @@ def tangent_bases(
 
 
 @inlined
+def keep_tangential(bases: Array, vectors: Array, along: Array) -> None:
+    """Vectors (n, D) ← what of them lies along the orthonormal rows of the first n bases (…, d, D)."""
+    n, D = vectors.shape
+    for i in range(n):
+        for a in range(along.size):
+            s = 0.0
+            for c in range(D):
+                s += bases[i, a, c] * vectors[i, c]
+            along[a] = s
+        for c in range(D):
+            vectors[i, c] = 0.0
+        for a in range(along.size):
+            for c in range(D):
+                vectors[i, c] += along[a] * bases[i, a, c]
+
+
+@inlined
 def remove_tangential(bases: Array, vectors: Array, along: Array) -> None:
     """Vectors (n, D) ← what of them lies across the orthonormal rows of bases (n, d, D)."""
     n, d, D = bases.shape
