@@ -6,7 +6,7 @@ from scipy.linalg import subspace_angles
 
 from skillfold.experiments.point_sets import draw_plane, draw_sphere, plane_distance
 from skillfold.manifold.shapes import Chosen, Shape
-from skillfold.manifold.smoothing import NOISY, TURNED, Serving, denoised, held_out_squares, tilts
+from skillfold.manifold.smoothing import TURNED, Serving, denoised, held_out_squares, tilts
 
 QUADRATIC = Shape(2, 54)
 SCALE = 2.45  # rms radius of the plane set
@@ -64,9 +64,16 @@ def test_shapes_that_follow_the_samples_are_fitted_once(shapes):
     np.testing.assert_allclose(np.linalg.norm(anchors, axis=1), 1.0, atol=2e-2)
 
 
+@pytest.mark.parametrize(
+    ("shape", "n", "noisy"), [(Shape(2, 54), 500, True), (Shape(2, 54), 400, False), (Shape(3, 30), 500, False)]
+)
+def test_neighbourhoods_that_average_and_are_local_tell_of_noise(shape, n, noisy):
+    assert Serving([Shape(1, 10), shape], np.repeat([0, 1], [n // 3, n - n // 3]), 2, 1).noisy == noisy
+
+
 def test_some_samples_alone_and_recordings_are_fitted_once():
     samples = noisy_plane(2)
-    assert Serving([QUADRATIC], np.zeros(1, np.int64), 2, 1).smoothness > NOISY
+    assert Serving([QUADRATIC], np.zeros(1000, np.int64), 2, 1).noisy
     assert smoothed(samples, QUADRATIC, unordered=False)[2] == []
     some = denoised(samples, np.arange(0, 1000, 2), judged(samples, QUADRATIC), 2, True, 0, 1)
     assert some[0].shape == (500, 3)
@@ -78,7 +85,7 @@ def test_what_would_be_rounded_off_is_fitted_once():
     rng = np.random.default_rng(3)
     angle = rng.uniform(0, 2 * np.pi, (400, 2))
     samples = np.column_stack([np.cos(angle[:, 0]), np.sin(angle[:, 0]), np.cos(angle[:, 1]), np.sin(angle[:, 1])])
-    trials = smoothed(samples, Shape(2, 54))[2]
+    trials = smoothed(samples, Shape(2, 50))[2]
     assert [t.setting for t in trials if t.chosen] == ["1 ×"]
 
 

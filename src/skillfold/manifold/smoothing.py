@@ -25,6 +25,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 AGAIN = 2  # further fits tried
 TURNED = 0.7  # rms radii that tangents at right angles are apart: at more, opposite sides of a thin tube would meet
 NOISY = 4.0  # samples a coefficient: so many are chosen only where they average noise
+LOCAL = 8  # times the usual neighbourhood fit into the samples: another fit to one that is most of them tells nothing
 FOLDS = 5  # of the samples, each left out in turn
 SURE = 3.0  # standard errors of the difference from which on no further folds are looked at
 PREDICTED = 1000  # left-out samples that are enough whatever they tell
@@ -52,9 +53,10 @@ class Serving(NamedTuple):
         return max(s.degree for s in self.shapes)
 
     @property
-    def smoothness(self) -> float:
-        """Samples a coefficient, the median over the centres."""
-        return float(np.median(np.array([smoothness(s, self.dim) for s in self.shapes])[self.served]))
+    def noisy(self) -> bool:
+        """Whether the usual shape averages noise, over neighbourhoods that are small among n samples."""
+        usual = self.shapes[int(np.bincount(self.served).argmax())]
+        return smoothness(usual, self.dim) >= NOISY and LOCAL * usual.neighbours <= len(self.served)
 
     def fit(self, samples: Array, centres: Array, start: Array | None = None) -> LocalSurfaces:
         """Surfaces at the centres, each of the shape that serves there; lower degrees are padded with zeros."""
@@ -103,7 +105,7 @@ def denoised(
     """
     centres = samples[chosen]
     serving = Serving(judged.shapes, judged.at(samples, centres), dim, jobs)
-    if not unordered or len(centres) < len(samples) or serving.smoothness < NOISY:
+    if not unordered or len(centres) < len(samples) or not serving.noisy:
         local = serving.fit(samples, centres)
         return centres + local.shifts, local, []
     squares = held_out_squares(serving, samples, seed)
