@@ -82,6 +82,25 @@ def test_coefficients_are_weighted_least_squares(d, D, degree):
         np.testing.assert_allclose(surfaces.coefficients[i], expected, atol=1e-5)
 
 
+def test_further_columns_count_for_the_distances_alone():
+    """Weighted least squares again, with weights of the distances in all columns."""
+    rng = np.random.default_rng(4)
+    d, D, k = 2, 3, 50
+    offsets = rng.normal(size=(k, D)) * [1.0, 1.0, 0.1]
+    further = rng.normal(size=(k, 4))
+    start = np.eye(D)[None]
+    samples = np.hstack([offsets, further])
+    surfaces = fit_surfaces(samples, np.zeros((1, D + 4)), np.arange(k)[None], d, 2, start=start)
+    np.testing.assert_array_equal(start[0], np.eye(D))
+    distances = np.linalg.norm(samples, axis=1)
+    assert surfaces.radii[0] == pytest.approx(1.05 * distances.max(), rel=1e-12)
+    local = offsets @ surfaces.frames[0].T
+    root = np.sqrt(twins.wendland(distances / surfaces.radii[0]))[:, None]
+    rows = np.prod((local[:, None, :d] / surfaces.radii[0]) ** twins.powers(d, 2), axis=2)
+    expected = np.linalg.lstsq(rows * root, local[:, d:] * root, rcond=None)[0]
+    np.testing.assert_allclose(surfaces.coefficients[0], expected, atol=1e-5)
+
+
 def test_frames_are_orthonormal_and_tangents_agree_with_the_slope():
     rng = np.random.default_rng(0)
     x = draw_sphere(400, rng)

@@ -29,12 +29,12 @@ from skillfold.tables import (
 POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
 CENTRES, WEIGHTS, PRECISION = 10, 11, 12
 CENTRE, KEPT, SCALE = 13, 14, 15  # of the way from states to inner coordinates
-NEAREST, SQUARES, NORMALS, BASES, DOUBTS, DISTANCES, STARTS, START_SQUARES = range(16, 24)
-BLEND, OFFSET, ALONG, VALUES, MONOMIALS, FEATURES = range(24, 30)
-SHAPE = 30  # d, of the field
-LAST, INNER, ACROSS = 31, 32, 33  # (D,) state last evaluated, (1, D - f) its inner coordinates, (c, D - f) basis
-VALUE, JACOBIAN = 34, 35  # (c,) and (c, D) there
-SLOTS = 36
+NEAREST, SQUARES, NORMALS, BASES, DOUBTS, NEARBY, NEARBY_SQUARES, ORIGINS, KNOWN = range(16, 25)
+DISTANCES, STARTS, START_SQUARES, BLEND, OFFSET, ALONG, VALUES, MONOMIALS, FEATURES = range(25, 34)
+SHAPE = 34  # d, of the field
+LAST, INNER, ACROSS = 35, 36, 37  # (D,) state last evaluated, (1, D - f) its inner coordinates, (c, D - f) basis
+VALUE, JACOBIAN = 38, 39  # (c,) and (c, D) there
+SLOTS = 40
 
 
 class LearntConstraint:
@@ -213,6 +213,10 @@ def _scratch(m: Indices) -> Scratch:
         matrix(m, NORMALS),
         reals_at(address(m, BASES), (1, d, D)),
         vector(m, DOUBTS),
+        index_matrix(m, NEARBY),
+        matrix(m, NEARBY_SQUARES),
+        matrix(m, ORIGINS),
+        vector(m, KNOWN),
         vector(m, DISTANCES),
         indices(m, STARTS),
         vector(m, START_SQUARES),

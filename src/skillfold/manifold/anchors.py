@@ -70,15 +70,26 @@ def _layout(dim: int, degrees: Sequence[int]) -> tuple[Monomials, int, Indices]:
 
 
 def fit_surfaces(
-    samples: Array, centres: Array, neighbours: Indices, dim: int, degree: int, jobs: int = 1
+    samples: Array,
+    centres: Array,
+    neighbours: Indices,
+    dim: int,
+    degree: int,
+    jobs: int = 1,
+    start: Array | None = None,
 ) -> LocalSurfaces:
-    """Local surfaces at centres (M, D) from the samples (N, D) that neighbours (M, k) name."""
+    """Local surfaces at centres (M, D) from the samples (N, D) that neighbours (M, k) name.
+
+    Where frames (M, D, D) to start from are given, samples and centres may have further columns: they count for
+    the distances that weigh the neighbours, and for nothing else.
+    """
     layout = _layout(dim, [degree])
     neighbours = np.ascontiguousarray(neighbours)
 
     def fit(part: slice) -> LocalSurfaces:
-        frames = _principal_frames(samples, centres[part], neighbours[part])
-        fits = kernels.fit_patches(samples, centres[part], neighbours[part], frames, dim, *layout, TURNS)
+        around = neighbours[part]
+        frames = _principal_frames(samples, centres[part], around) if start is None else start[part].copy()
+        fits = kernels.fit_patches(samples, centres[part], around, frames, dim, *layout, TURNS)
         return LocalSurfaces(frames, fits[0][0], fits[1])
 
     parts = in_parts(fit, len(centres), jobs)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from skillfold.errors import InputError
-from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces
+from skillfold.manifold.anchors import LocalSurfaces
 from skillfold.manifold.free import split_directions
 from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
@@ -15,10 +15,10 @@ from skillfold.manifold.kernels.judging import displacements
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import Model, as_maps, build_surface, trust_in
-from skillfold.manifold.nearest import nearest
-from skillfold.manifold.polynomials import monomials, terms_of
+from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.selection import choose_field
 from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
+from skillfold.manifold.smoothing import denoised
 from skillfold.manifold.table import Selection
 from skillfold.manifold.tangent import TangentField, train
 
@@ -109,8 +109,8 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     judged = choose_shapes(inner, groups, dim, _sizes(len(inner), len(chosen)), options.seed, options.jobs, progress)
     trials += judged.trials
     progress("fitting the anchors", 0.0)
-    local = _local_surfaces(inner, inner[chosen], judged, dim, options.jobs)
-    anchors = inner[chosen] + local.shifts
+    anchors, local, more = denoised(inner, chosen, judged, dim, groups is None, options.seed, options.jobs)
+    trials += more
     graph = build_graph(anchors, neighbors, anchor_groups, too_long=np.inf)
     frames = align_frames(local.tangents, graph)
     edges = graph.edges[spread_out(len(graph.edges), EDGES, options.seed)]
@@ -174,22 +174,6 @@ def _sizes(n_samples: int, n_anchors: int) -> tuple[int, int]:
     """
     share = n_samples / n_anchors
     return int(LEAST * share), max(LARGEST, min(n_samples // 2, int(PER_ANCHOR * share)))
-
-
-def _local_surfaces(inner: Array, centres: Array, judged: Chosen, dim: int, jobs: int) -> LocalSurfaces:
-    """Surfaces at the centres, each of the shape that serves there; lower degrees are padded with zeros."""
-    served = judged.at(inner, centres)
-    terms, (M, D) = terms_of(dim, judged.degree), centres.shape
-    frames, coefficients, radii = np.empty((M, D, D)), np.zeros((M, terms, D - dim)), np.empty(M)
-    for index, shape in enumerate(judged.shapes):
-        here = np.flatnonzero(served == index)
-        k = min(shape.neighbours + 1, len(inner))
-        if len(here):
-            neighbours = nearest(inner, centres[here], k, jobs)
-            local = fit_surfaces(inner, centres[here], neighbours, dim, shape.degree, jobs)
-            frames[here], radii[here] = local.frames, local.radii
-            coefficients[here, : local.coefficients.shape[1]] = local.coefficients
-    return LocalSurfaces(frames, coefficients, radii)
 
 
 def _kernel_surface(anchors: Array, local: LocalSurfaces, degree: int) -> Surface:

@@ -9,7 +9,7 @@ class Trial:
     """One candidate.
 
     Attributes:
-        choice: what is chosen: "dimension", "free directions", "surface" or "field".
+        choice: what is chosen: "dimension", "free directions", "surface", "smoothing" or "field".
         setting: the candidate, such as "degree 3, 22 neighbours".
         score: what it was judged by; its meaning is in `measure`.
         measure: name of the score, and which way is better.

@@ -60,13 +60,19 @@ def make_room(k: int, P: int, D: int, dim: int) -> Room:
 
 @inner
 def gather(samples: Array, centre: Array, neighbours: Indices, room: Room) -> float:
-    """Offsets and roots of Wendland weights (1 − r)⁴(4r + 1) of the neighbours into `room`; returns the radius."""
-    k, D = neighbours.size, centre.size
+    """Offsets and roots of Wendland weights (1 − r)⁴(4r + 1) of the neighbours into `room`; returns the radius.
+
+    Columns of samples and centre beyond the room's D dimensions count for the distances r alone.
+    """
+    k, D = neighbours.size, room.offsets.shape[0]
     room.roots[:] = 0.0
     for c in range(D):
         for i in range(k):
             room.offsets[c, i] = samples[neighbours[i], c] - centre[c]
             room.roots[i] += room.offsets[c, i] ** 2
+    for c in range(D, centre.size):
+        for i in range(k):
+            room.roots[i] += (samples[neighbours[i], c] - centre[c]) ** 2
     farthest = 0.0
     for i in range(k):
         farthest = max(farthest, room.roots[i])
@@ -255,13 +261,14 @@ def fit_one(
     the same whatever is fitted after, so that all degrees share it.
     """
     radius = gather(samples, centre, neighbours, room)
+    normals = frame.shape[0] - dim
     for _ in range(turns):
         assemble(frame, radius, dim, table, turning, room)
-        factorise(turning, centre.size - dim, room)
+        factorise(turning, normals, room)
         substitute(turning, turning, room)
         turn(frame, radius, dim, room)
     assemble(frame, radius, dim, table, terms, room)
-    factorise(terms, centre.size - dim, room)
+    factorise(terms, normals, room)
     return radius
 
 
@@ -279,9 +286,10 @@ def fit_patches(
 ) -> tuple:
     """Polynomials at centres (M, D), one for each number of leading monomials in `terms`, which ascend; turns frames.
 
+    Samples and centres may have further columns: see `gather`.
     Returns coefficients (len(terms), M, terms[-1], D - d), zero beyond a polynomial's own terms, and radii (M,).
     """
-    (M, k), D, P = neighbours.shape, samples.shape[1], terms[terms.size - 1]
+    (M, k), D, P = neighbours.shape, frames.shape[1], terms[terms.size - 1]
     room = make_room(k, max(turning, P), D, dim)
     coefficients, radii = np.zeros((terms.size, M, P, D - dim)), np.empty(M)
     for m in range(M):
