@@ -40,6 +40,16 @@ def test_grow_path(model, ends, step, limit):
             np.testing.assert_allclose(grown[:count], expected, atol=1e-10)
 
 
+def test_between_ends_is_the_same_memory_a_state_later(model):
+    shared = {"around_squares", "distances", "starts", "start_squares", "offset", "along", "values", "monomials"}
+    whole = room(model, 6)
+    inside = geodesic.between_ends(whole)
+    for name, one, other in zip(whole._fields, whole, inside, strict=True):
+        expected = one if name in shared | {"features"} else one[1:]
+        assert other.shape == expected.shape
+        assert other.__array_interface__["data"][0] == expected.__array_interface__["data"][0]
+
+
 @pytest.mark.parametrize("count", [2, 3, 17, 100])
 def test_resample(count):
     rng = np.random.default_rng(count)

@@ -11,7 +11,8 @@ from skillfold.manifold.anchors import fit_surfaces
 from skillfold.manifold.features import Features
 from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.kernels.alignment import across
-from skillfold.manifold.tangent import pose, regress, train
+from skillfold.manifold.skill import SkillManifold
+from skillfold.manifold.tangent import begin, pose, regress, train
 from skillfold.manifold.training import alignment, field_at_edges, smoothness_matrix
 
 
@@ -33,8 +34,8 @@ def cost(posed, weights, eps):
     return training.objective(posed, weights, eps, misfit)
 
 
-def problem(samples, edges, features, ridge):
-    return pose(features, samples, edges, ridge)[0]
+def problem(samples, edges, frames, features, ridge):
+    return pose(features, samples, edges, frames, ridge)[0]
 
 
 @pytest.fixture(params=[(3, 2), (5, 2), (6, 3)], ids=str, scope="module")
@@ -83,10 +84,10 @@ def test_across_is_what_the_field_does_not_span(d, D, E):
 
 
 def test_weights_are_the_ridge_solution(sphere):
-    samples, edges, _, features = sphere
-    posed = problem(samples, edges, features, 1e-3)
-    eps = np.random.default_rng(1).normal(size=(2, len(edges)))
-    rows = np.einsum("ae,ke->eak", eps, posed.values).reshape(len(edges), -1)
+    samples, edges, frames, features = sphere
+    posed = problem(samples, edges, frames, features, 1e-3)
+    eps = np.random.default_rng(1).normal(size=(2, posed.steps.shape[1]))
+    rows = np.einsum("ae,ke->eak", eps, posed.values).reshape(posed.steps.shape[1], -1)
     eigenvalues, vectors = np.linalg.eigh(posed.smoothness)
     root = np.sqrt(posed.ridge * np.maximum(eigenvalues, 0.0))[:, None] * vectors.T
     trace = (rows**2).sum() + 2 * (root**2).sum()
@@ -105,11 +106,11 @@ def test_weights_are_the_ridge_solution(sphere):
 def test_the_objective_never_rises(sphere, ridge, start):
     """No part of an iteration raises it: alignment, gauge balance, weights."""
     samples, edges, frames, features = sphere
-    posed = problem(samples, edges, features, ridge)
+    posed = problem(samples, edges, frames, features, ridge)
     rng = np.random.default_rng(0)
     weights = rng.normal(size=(2, 30, 3))
     if start == "frames":
-        weights = regress(posed, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2)
+        weights = regress(posed, pose(features, samples, edges, frames, ridge)[2])
     eps = alignment(field_at_edges(posed.values, weights), posed.steps, ridge)[0]
     values = [cost(posed, weights, eps)]
     for _ in range(15):
@@ -126,8 +127,8 @@ def test_the_objective_never_rises(sphere, ridge, start):
 @pytest.mark.parametrize("ridge", [1e-6, 1e-4, 1e-2])
 def test_the_descent_falls_in_every_iteration_to_a_stationary_point(sphere, ridge):
     samples, edges, frames, features = sphere
-    posed = problem(samples, edges, features, ridge)
-    start = training.alternate(posed, regress(posed, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2), 3)
+    posed = problem(samples, edges, frames, features, ridge)
+    start = begin(features, samples, edges, frames, ridge)[2]
     weights, values, converged = descent.descend(posed, start, 300)
     assert converged
     assert (np.diff(values) < 0).all()
@@ -138,31 +139,33 @@ def test_the_descent_falls_in_every_iteration_to_a_stationary_point(sphere, ridg
 def test_the_descent_goes_farther_than_alternation(sheet):
     """As far as alternating least squares would in very many iterations."""
     samples, edges, frames, features = sheet
-    posed = problem(samples, edges, features, 1e-4)
-    start = training.alternate(posed, regress(posed, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2), 3)
+    posed = problem(samples, edges, frames, features, 1e-4)
+    start = begin(features, samples, edges, frames, 1e-4)[2]
     weights = training.alternate(posed, start, 1000)
     eps = alignment(field_at_edges(posed.values, weights), posed.steps, 1e-4)[0]
     assert descent.descend(posed, start, 200)[1][-1] < 1.05 * cost(posed, weights, eps)
 
 
 def test_the_gradient_is_that_of_the_objective_with_alignment_put_in(sheet):
-    samples, edges, _, features = sheet
-    posed = problem(samples, edges, features, 1e-2)
+    samples, edges, frames, features = sheet
+    posed = problem(samples, edges, frames, features, 1e-2)
     rng = np.random.default_rng(0)
     shape = (2, 15, samples.shape[1])
     weights, direction = rng.normal(size=shape), rng.normal(size=shape)
     there, back = (descent._point(posed, weights + h * direction).value for h in (1e-5, -1e-5))
-    slope = 2 * np.vdot(descent._point(posed, weights).gradient, direction) / len(edges)
+    slope = 2 * np.vdot(descent._point(posed, weights).gradient, direction) / posed.steps.shape[1]
     assert (there - back) / 2e-5 == pytest.approx(slope, rel=1e-5)
 
 
 def test_the_metric_is_the_mean_curvature(sphere):
-    samples, edges, _, features = sphere
-    posed = problem(samples, edges, features, 1e-2)
+    samples, edges, frames, features = sphere
+    posed = problem(samples, edges, frames, features, 1e-2)
     point = descent._point(posed, np.random.default_rng(0).normal(size=(2, 30, 3)))
     metric = descent.Metric.at(posed, point)
     field = field_at_edges(posed.values, point.weights)
-    matrix = twins.mean_curvature(posed, field, point.eps, point.misfit, -(-len(edges) // descent.METRIC_EDGES))
+    matrix = twins.mean_curvature(
+        posed, field, point.eps, point.misfit, -(-posed.steps.shape[1] // descent.METRIC_EDGES)
+    )
     matrix += training.JITTER * np.trace(matrix) * np.eye(90)
     right = np.random.default_rng(1).normal(size=(2, 30, 3))
     found = metric.solve(right).reshape(2, 90)
@@ -170,25 +173,25 @@ def test_the_metric_is_the_mean_curvature(sphere):
 
 
 def test_objective_is_the_sum_it_says(sphere):
-    samples, edges, _, features = sphere
-    posed = problem(samples, edges, features, 0.1)
+    samples, edges, frames, features = sphere
+    posed = problem(samples, edges, frames, features, 0.1)
     rng = np.random.default_rng(0)
-    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(2, len(edges)))
+    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(2, posed.steps.shape[1]))
     H = np.einsum("ke,akc->eca", posed.values, weights)
     pairs = 0.0
     for sample in range(len(samples)):
-        here = H[(edges == sample).any(1)]
+        here = H[: len(edges)][(edges == sample).any(1)]
         pairs += ((here[:, None] - here) ** 2).sum() / 2
     misfit = ((np.einsum("eca,ae->ce", H, eps) - posed.steps) ** 2).sum()
-    expected = (misfit + 0.1 * ((eps**2).sum() + pairs)) / len(edges)
+    expected = (misfit + 0.1 * ((eps**2).sum() + pairs)) / posed.steps.shape[1]
     assert cost(posed, weights, eps) == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_gauge_changes_no_product(sphere):
-    samples, edges, _, features = sphere
-    posed = problem(samples, edges, features, 1e-4)
+    samples, edges, frames, features = sphere
+    posed = problem(samples, edges, frames, features, 1e-4)
     rng = np.random.default_rng(0)
-    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(2, len(edges))) * [[1.0], [5.0]]
+    weights, eps = rng.normal(size=(2, 30, 3)), rng.normal(size=(2, posed.steps.shape[1])) * [[1.0], [5.0]]
     turned, scaled = training.balance(posed, weights, eps)
     before = np.einsum("ace,ae->ce", field_at_edges(posed.values, weights), eps)
     after = np.einsum("ace,ae->ce", field_at_edges(posed.values, turned), scaled)
@@ -248,8 +251,8 @@ def test_scale_does_not_matter(sphere):
 @pytest.mark.parametrize("other", ["constant", "random"])
 def test_no_other_start_ends_clearly_lower(sphere, sheet, other):
     for samples, edges, frames, features in (sphere, sheet):
-        posed, d = problem(samples, edges, features, 1e-4), frames.shape[2]
-        rows = np.random.default_rng(0).integers(len(edges), size=(d, len(features.centres)))
+        posed, d = problem(samples, edges, frames, features, 1e-4), frames.shape[2]
+        rows = np.random.default_rng(0).integers(posed.steps.shape[1], size=(d, len(features.centres)))
         constant = np.linalg.svd(samples - samples.mean(0), full_matrices=False)[2][:d, None]
         start = posed.steps.T[rows] if other == "random" else np.repeat(constant, rows.shape[1], axis=1)
         value = descent.descend(posed, training.alternate(posed, start, 3), 200)[1][-1]
@@ -263,3 +266,15 @@ def test_a_dimension_too_large_stays_finite():
     assert np.isfinite(field.weights).all()
     step = field.residual(samples[:5], samples[1:6] - samples[:5])
     np.testing.assert_allclose(step, 0.0, atol=1e-6)
+
+
+def test_where_all_edges_lie_along_recordings_the_field_spans_the_directions_across_too():
+    """Dense recordings side by side over a bent sheet: hardly a neighbour lies in another of them."""
+    t = np.linspace(0, 1, 22)
+    demos = [np.column_stack([t, np.full(22, y), 0.2 * np.sin(3 * t)]) for y in np.linspace(0, 1, 21)]
+    for seed in range(3):
+        skill = SkillManifold.fit(demos, dim=2, kernels=10, ridge=1e-5, jobs=1, seed=seed)
+        x, y = np.random.default_rng(seed).uniform(size=(2, 300))
+        normals = np.column_stack([-0.6 * np.cos(3 * x), 0.0 * x, np.ones(300)])
+        tangents = skill.tangent(np.column_stack([x, y, 0.2 * np.sin(3 * x)]))
+        assert np.abs(np.einsum("ncd,nc->nd", tangents, normals)).max() < 0.03

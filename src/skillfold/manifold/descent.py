@@ -28,7 +28,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 MEMORY = 10  # pairs of steps and changes of the gradient
 RENEWED = 20  # iterations after which the metric is worked out anew
 METRIC_EDGES = 1000  # it is averaged over
-WINDOW, SETTLED = 5, 1e-2  # training ends where so many iterations decrease the objective by no more than this share
+WINDOW, SETTLED = 5, 3e-2  # training ends where so many iterations decrease the objective by no more than this share
 SUFFICIENT = 1e-4  # of the decrease that the slope promises
 SHORTEST = 1e-6  # step: where not even this one decreases the objective, rounding rules
 

@@ -1,7 +1,8 @@
 """The tangent field H(x) of section III: a start from local tangents, alternating least squares, and a descent.
 
 The start decides which minimum is found. From constant principal directions or random steps the descent ends up to
-500 times higher on closed surfaces, and nowhere more than a few percent lower.
+500 times higher on closed surfaces, and nowhere more than 15 % lower. Edges of dense recordings may all lie along
+these, and say nothing of the directions across: some short steps along the local tangents are shown besides.
 """
 
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 ITERATIONS = 200  # of the descent, at most
 ALTERNATIONS = 3  # before the descent
+EVERY, SHORT = 10, 0.4  # so many edges for one step along a local tangent, which is as long as this share of theirs
 
 
 @dataclass(frozen=True)
@@ -63,23 +65,32 @@ def regress(problem: Problem, frames: Array) -> Array:
     return np.linalg.solve(gram, right).reshape(K, *frames.shape[1:]).transpose(2, 0, 1)
 
 
-def pose(features: Features, samples: Array, edges: Indices, ridge: float) -> tuple[Problem, float]:
-    """What is to be minimised on the edges, and the scale that the steps were divided by."""
+def pose(
+    features: Features, samples: Array, edges: Indices, frames: Array, ridge: float
+) -> tuple[Problem, float, Array]:
+    """What is to be minimised on the edges, the scale that steps were divided by, and the tangents at all of them."""
     first, second = samples[edges[:, 0]], samples[edges[:, 1]]
     steps = second - first
     scale = float(np.sqrt((steps**2).mean())) or 1.0
     values = features((first + second) / 2)
-    rows = np.ascontiguousarray(values.T), np.ascontiguousarray(steps.T / scale)
-    return Problem(*rows, smoothness_matrix(values, edges, len(samples)), ridge), scale
+    smoothness = smoothness_matrix(values, edges, len(samples))
+    some = edges[::EVERY, 0]
+    turns = np.arange(len(some)) % frames.shape[2]  # of all tangents in turn
+    told = SHORT * scale * np.sqrt(samples.shape[1]) * frames[some, :, turns]
+    rows = np.vstack([values, features(samples[some])]), np.vstack([steps, told]) / scale
+    tangents = np.concatenate([(frames[edges[:, 0]] + frames[edges[:, 1]]) / 2, frames[some]])
+    return Problem(*(np.ascontiguousarray(part.T) for part in rows), smoothness, ridge), scale, tangents
 
 
 def begin(
     features: Features, samples: Array, edges: Indices, frames: Array, ridge: float
 ) -> tuple[Problem, float, Array]:
-    """As `pose`, and weights to start the descent from; frames (N, D, d) are aligned tangents at the samples."""
-    problem, scale = pose(features, samples, edges, ridge)
-    start = regress(problem, (frames[edges[:, 0]] + frames[edges[:, 1]]) / 2)
-    return problem, scale, alternate(problem, start, ALTERNATIONS)
+    """What is to be minimised, the scale of its steps, and weights to start the descent from.
+
+    Frames (N, D, d) are aligned tangents at the samples.
+    """
+    problem, scale, tangents = pose(features, samples, edges, frames, ridge)
+    return problem, scale, alternate(problem, regress(problem, tangents), ALTERNATIONS)
 
 
 def train(

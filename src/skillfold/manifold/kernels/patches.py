@@ -1,9 +1,9 @@
 """Local polynomials fitted to the samples around centres by weighted least squares: one pass, many centres.
 
 Monomials are ordered by degree, so the normal equations of a lower degree are the leading block of those of a
-higher one, and so are their Cholesky factors: one factorisation serves every degree that shares a neighbourhood.
-Nearly all the time goes into products of rows; they are made in tiles of four by four, so that each value that is
-loaded serves four times. Arrays of rows are a tile longer than what they hold; what stands there does not matter.
+higher one, and so are their Cholesky factors: one serves every degree that shares a neighbourhood. Nearly all the
+time goes into products of rows, made in tiles of four by four: each value that is loaded serves four times. Arrays
+of rows are a tile longer than what they hold; what stands there does not matter.
 """
 
 import math
@@ -48,14 +48,9 @@ class Room(NamedTuple):
 def make_room(k: int, P: int, D: int, dim: int) -> Room:
     """Room for one fit."""
     normals = D - dim
-    return Room(
-        np.empty((D, k)),
-        np.empty(k),
-        np.empty((dim, k)),
-        np.zeros((P + normals + TILE, k)),
-        np.empty((P + normals + TILE, P + TILE)),
-        np.empty((normals, P)),
-    )
+    rows = np.zeros((P + normals + TILE, k))
+    gram = np.empty((P + normals + TILE, P + TILE))
+    return Room(np.empty((D, k)), np.empty(k), np.empty((dim, k)), rows, gram, np.empty((normals, P)))
 
 
 @inner
@@ -66,13 +61,12 @@ def gather(samples: Array, centre: Array, neighbours: Indices, room: Room) -> fl
     """
     k, D = neighbours.size, room.offsets.shape[0]
     room.roots[:] = 0.0
-    for c in range(D):
+    for c in range(centre.size):
         for i in range(k):
-            room.offsets[c, i] = samples[neighbours[i], c] - centre[c]
-            room.roots[i] += room.offsets[c, i] ** 2
-    for c in range(D, centre.size):
-        for i in range(k):
-            room.roots[i] += (samples[neighbours[i], c] - centre[c]) ** 2
+            offset = samples[neighbours[i], c] - centre[c]
+            if c < D:
+                room.offsets[c, i] = offset
+            room.roots[i] += offset**2
     farthest = 0.0
     for i in range(k):
         farthest = max(farthest, room.roots[i])
@@ -286,8 +280,8 @@ def fit_patches(
 ) -> tuple:
     """Polynomials at centres (M, D), one for each number of leading monomials in `terms`, which ascend; turns frames.
 
-    Samples and centres may have further columns: see `gather`.
-    Returns coefficients (len(terms), M, terms[-1], D - d), zero beyond a polynomial's own terms, and radii (M,).
+    Samples and centres may have further columns: see `gather`. Returns coefficients (len(terms), M, terms[-1],
+    D - d), zero beyond a polynomial's own terms, and radii (M,).
     """
     (M, k), D, P = neighbours.shape, frames.shape[1], terms[terms.size - 1]
     room = make_room(k, max(turning, P), D, dim)
