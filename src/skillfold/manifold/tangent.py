@@ -77,9 +77,10 @@ def pose(
     some = edges[::EVERY, 0]
     turns = np.arange(len(some)) % frames.shape[2]  # of all tangents in turn
     told = SHORT * scale * np.sqrt(samples.shape[1]) * frames[some, :, turns]
-    rows = np.vstack([values, features(samples[some])]), np.vstack([steps, told]) / scale
+    values = np.ascontiguousarray(np.vstack([values, features(samples[some])]).T)
+    shown = np.ascontiguousarray(np.vstack([steps, told]).T / scale)
     tangents = np.concatenate([(frames[edges[:, 0]] + frames[edges[:, 1]]) / 2, frames[some]])
-    return Problem(*(np.ascontiguousarray(part.T) for part in rows), smoothness, ridge), scale, tangents
+    return Problem(values, shown, smoothness, ridge), scale, tangents
 
 
 def begin(
