@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import skillfold as sf
 from robots import scenes
 from skillfold.errors import InputError, SceneError
 from skillfold.jit import njit
-from skillfold.robots import distances
+from skillfold.robots import distances, shape_distances
 from skillfold.robots.bounds import travel
 
 LAWS = settings(max_examples=25, deadline=None)
@@ -126,6 +127,23 @@ def test_gradients_are_derivatives(robots, name, seed):
         gradient = obstacles.clearance_gradient(q)
         np.testing.assert_allclose(gradient[smooth], slope[smooth], atol=2e-3)
         assert smooth.mean() > 0.5
+
+
+def test_what_runs_through_a_box_is_not_clear_of_it():
+    """MuJoCo's own distance of thin capsules deep in a box may be positive."""
+    robot, rng = sf.Robot.load("planar_arm"), np.random.default_rng(0)
+    for q in robot.sample(300, 1):
+        heading = np.cumsum(q)
+        joints = np.cumsum(np.column_stack([np.cos(heading), np.sin(heading)]) / 3, axis=0)
+        share = rng.uniform(0.1, 0.9)
+        inside = np.append(joints[1] + share * (joints[2] - joints[1]), 0.0)
+        size = rng.uniform(0.02, 0.4, 3)
+        turn = Rotation.random(rng=rng).as_quat(scalar_first=True)
+        box = sf.Box(pose=[*(inside + rng.uniform(-0.4, 0.4, 3) * size * 0.3), *turn], size=size)
+        obstacles = robot.obstacles([box], self_collision=False)
+        assert obstacles.clearance(q) < 0.0
+        assert np.isfinite(obstacles.clearance_gradient(q)).all()
+        assert not obstacles.edge_clear(q, q + 1e-3)
 
 
 def test_gradients_to_a_sphere_are_exact(lwr4):
@@ -383,7 +401,8 @@ def test_pickled_obstacles_answer_alike(lwr4):
 
 
 def test_slots_of_the_tables_are_different():
-    slots = [v for name, v in vars(distances).items() if name.isupper() and name != "SLOTS" and isinstance(v, int)]
+    named = vars(shape_distances) | vars(distances)
+    slots = [v for name, v in named.items() if name.isupper() and name != "SLOTS" and isinstance(v, int)]
     assert sorted(slots) == list(range(distances.kin.SLOTS, distances.SLOTS))
 
 

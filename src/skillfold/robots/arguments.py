@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skillfold.robots import distances as dist
+from skillfold.robots import shape_distances as near
 from skillfold.robots.bounds import pair_bounds, shape_bounds, travel
 from skillfold.robots.clusters import clustered, spheres
 from skillfold.robots.engine import mujoco
@@ -31,7 +32,7 @@ class Layout:
         merged: their model.
         joints: of the robot.
         pairs, bounds: (P, 2) and (P, K) as in `Clearance`.
-        radii, spines, girths, boxes: bounds of each shape, as in `distances`.
+        radii, spines, girths, boxes, crates: of each shape, as in `distances`.
         moving: shapes of the robot that points are compared with.
         moving_bounds: (G, K) of those.
         clouds: order and first points of the clusters of each point cloud, by name.
@@ -46,6 +47,7 @@ class Layout:
     spines: Array
     girths: Array
     boxes: Array
+    crates: Indices
     moving: Indices
     moving_bounds: Array
     clouds: dict[str, tuple[Indices, Indices]]
@@ -103,12 +105,13 @@ def table_for(
     slots = pose_slots(model, data, layout.joints, base) | {
         dist.PAIRS: layout.pairs,
         dist.BOUNDS: layout.bounds,
-        dist.RADII: layout.radii,
-        dist.CENTRES: data.geom_xpos,
-        dist.AXES: data.geom_xmat,
-        dist.SPINES: layout.spines,
-        dist.GIRTHS: layout.girths,
-        dist.BOXES: layout.boxes,
+        near.RADII: layout.radii,
+        near.CENTRES: data.geom_xpos,
+        near.AXES: data.geom_xmat,
+        near.SPINES: layout.spines,
+        near.GIRTHS: layout.girths,
+        near.BOXES: layout.boxes,
+        near.CRATES: layout.crates,
         dist.BODIES: model.geom_bodyid,
         dist.MOCAP_POS: data.mocap_pos,
         dist.MOCAP_QUAT: data.mocap_quat,
@@ -119,7 +122,7 @@ def table_for(
         dist.GAPS: np.zeros(len(layout.pairs)),
         dist.WINNER: np.zeros(2, np.int64),
         dist.SEGMENT: np.zeros(6),
-        dist.TRIAL: np.zeros(6),
+        near.TRIAL: np.zeros(6),
     }
     return table_of(slots | _points(layout, scene, standing), dist.SLOTS, model, data)
 

@@ -12,14 +12,18 @@ ENDLESS = 10.0  # metres that a prismatic joint without limits is taken to trave
 _GEOM = mujoco.mjtGeom
 
 
-def shape_bounds(model: Any) -> tuple[Array, Array, Array, Array]:
-    """Radii of bounding spheres, spines, girths (n_shapes,) and bounding boxes (n_shapes, 6), as in `distances`."""
+def shape_bounds(model: Any) -> tuple[Array, Array, Array, Array, Indices]:
+    """Radii of bounding spheres, spines, girths (n_shapes,), bounding boxes (n_shapes, 6) and which shapes are boxes.
+
+    All as in `distances`.
+    """
     kinds, sizes = model.geom_type, model.geom_size
     planes = kinds == _GEOM.mjGEOM_PLANE
     radii = np.where(planes, np.inf, model.geom_rbound)
     long = (kinds == _GEOM.mjGEOM_CAPSULE) | (kinds == _GEOM.mjGEOM_CYLINDER)
     boxes = np.where(planes[:, None], [0, 0, 0, np.inf, np.inf, np.inf], model.geom_aabb.reshape(-1, 6))
-    return radii, np.where(long, sizes[:, 1], 0.0), np.where(long, sizes[:, 0], radii), boxes
+    crates = (kinds == _GEOM.mjGEOM_BOX).astype(np.int64)
+    return radii, np.where(long, sizes[:, 1], 0.0), np.where(long, sizes[:, 0], radii), boxes, crates
 
 
 def pair_bounds(model: Any, joints: Joints, pairs: Indices) -> Array:

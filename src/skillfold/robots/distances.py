@@ -11,33 +11,29 @@ import numpy as np
 
 from skillfold.jit import inner, njit
 from skillfold.robots import kinematics as kin
+from skillfold.robots import shape_distances as shapes
 from skillfold.robots.kinematics import add_motion, place
-from skillfold.robots.mujoco_calls import geom_distance
-from skillfold.tables import Array, Indices, address, index_matrix, indices, matrix, scalar, vector
+from skillfold.robots.shape_distances import CENTRES, RADII, TRIAL, box_gap, gap, measured, nearer
+from skillfold.tables import Array, Indices, index_matrix, indices, matrix, vector
 
-PAIRS = kin.SLOTS  # (P, 2) shapes whose distance counts
-BOUNDS = kin.SLOTS + 1  # (P, K) longest way a point of one moves against the other while joint k moves by one
-RADII = kin.SLOTS + 2  # (n_shapes,) of bounding spheres
-CENTRES = kin.SLOTS + 3  # (n_shapes, 3) of shapes, MuJoCo's
-BODIES = kin.SLOTS + 4  # (n_shapes,) that they belong to
-MOCAP_POS, MOCAP_QUAT = kin.SLOTS + 5, kin.SLOTS + 6  # (M, 3), (M, 4) MuJoCo's, overwritten
-STANDING_POS, STANDING_QUAT = kin.SLOTS + 7, kin.SLOTS + 8  # (M, 3), (M, 4) where moving obstacles stand
-LOWER, UPPER = kin.SLOTS + 9, kin.SLOTS + 10  # (dof,) limits that count as obstacles; infinite where they do not
+PAIRS = shapes.SLOTS  # (P, 2) shapes whose distance counts
+BOUNDS = shapes.SLOTS + 1  # (P, K) longest way a point of one moves against the other while joint k moves by one
+BODIES = shapes.SLOTS + 2  # (n_shapes,) that they belong to
+MOCAP_POS, MOCAP_QUAT = shapes.SLOTS + 3, shapes.SLOTS + 4  # (M, 3), (M, 4) MuJoCo's, overwritten
+STANDING_POS, STANDING_QUAT = shapes.SLOTS + 5, shapes.SLOTS + 6  # (M, 3), (M, 4) where moving obstacles stand
+LOWER, UPPER = shapes.SLOTS + 7, shapes.SLOTS + 8  # (dof,) limits that count as obstacles; infinite where they do not
 # Points in clusters. MuJoCo's model has one proxy sphere of each radius, put where it is asked for.
-CLUSTERS, REACHES = kin.SLOTS + 11, kin.SLOTS + 12  # (C, 3), (C,) bounding spheres, with the radius of the points
-STARTS = kin.SLOTS + 13  # (C + 1,) first point of each
-PROXIES = kin.SLOTS + 14  # (C,) shape that stands in for their points
-POINTS = kin.SLOTS + 15  # (N, 3) in the world
-FEELERS = kin.SLOTS + 16  # (G,) shapes of the robot that they are compared with
-FEELER_BOUNDS = kin.SLOTS + 17  # (G, K) as BOUNDS
-# Scratch: the nearest pair, its nearest points, MuJoCo's last answer. As a pair, (-1, k) and (-2, k) are the lower
-# and the upper limit of coordinate k.
-WINNER, SEGMENT, TRIAL = kin.SLOTS + 18, kin.SLOTS + 19, kin.SLOTS + 20
-AXES = kin.SLOTS + 21  # (n_shapes, 9) rotations of shapes, MuJoCo's
-SPINES, GIRTHS = kin.SLOTS + 22, kin.SLOTS + 23  # (n_shapes,) each lies within a girth of its z axis, ± spine
-BOXES = kin.SLOTS + 24  # (n_shapes, 6) centre and half edges of its bounding box
-GAPS = kin.SLOTS + 25  # (P,) scratch: between bounding spheres
-SLOTS = kin.SLOTS + 26
+CLUSTERS, REACHES = shapes.SLOTS + 9, shapes.SLOTS + 10  # (C, 3), (C,) bounding spheres, with the points' radius
+STARTS = shapes.SLOTS + 11  # (C + 1,) first point of each
+PROXIES = shapes.SLOTS + 12  # (C,) shape that stands in for their points
+POINTS = shapes.SLOTS + 13  # (N, 3) in the world
+FEELERS = shapes.SLOTS + 14  # (G,) shapes of the robot that they are compared with
+FEELER_BOUNDS = shapes.SLOTS + 15  # (G, K) as BOUNDS
+# Scratch: the nearest pair and its nearest points. As a pair, (-1, k) and (-2, k) are the lower and the upper limit
+# of coordinate k.
+WINNER, SEGMENT = shapes.SLOTS + 16, shapes.SLOTS + 17
+GAPS = shapes.SLOTS + 18  # (P,) scratch: between bounding spheres
+SLOTS = shapes.SLOTS + 19
 
 FAR = 1e6  # metres: farther than any scene is wide
 TOUCH = 1e-9  # metres: below this the segment between nearest points has no direction left
@@ -63,42 +59,6 @@ def finite(q: Array) -> bool:
     for k in range(q.size):
         total += abs(q[k])
     return total < math.inf
-
-
-@inner
-def gap(a: Array, i: int, b: Array, j: int) -> float:
-    """Distance of row i of `a` and row j of `b`."""
-    return math.sqrt((a[i, 0] - b[j, 0]) ** 2 + (a[i, 1] - b[j, 1]) ** 2 + (a[i, 2] - b[j, 2]) ** 2)
-
-
-@inner
-def box_gap(a: int, b: int, c: Indices) -> float:
-    """Lower bound of the distance of two shapes: from the spine of `a` to the bounding box of `b`, less a's girth."""
-    centres, axes, boxes = matrix(c, CENTRES), matrix(c, AXES), matrix(c, BOXES)
-    spine = vector(c, SPINES)[a]
-    x, y, z = centres[a, 0] - centres[b, 0], centres[a, 1] - centres[b, 1], centres[a, 2] - centres[b, 2]
-    total = 0.0
-    for i in range(3):
-        u, v, w = axes[b, i], axes[b, 3 + i], axes[b, 6 + i]
-        along = spine * abs(u * axes[a, 2] + v * axes[a, 5] + w * axes[a, 8])
-        apart = abs(u * x + v * y + w * z - boxes[b, i]) - along - boxes[b, 3 + i]
-        if apart > 0.0:
-            total += apart * apart
-    return math.sqrt(total) - vector(c, GIRTHS)[a] if total > 0.0 else -math.inf
-
-
-@inner
-def nearer(a: int, b: int, reach: float, c: Indices) -> bool:
-    """Whether two shapes may be nearer than `reach`, by their bounds alone."""
-    radii, centres = vector(c, RADII), matrix(c, CENTRES)
-    return gap(centres, a, centres, b) - radii[a] - radii[b] < reach and box_gap(a, b, c) < reach
-
-
-@inner
-def measured(a: int, b: int, farthest: float, c: Indices) -> float:
-    """Signed distance of two shapes, at most `farthest`; TRIAL holds their nearest points."""
-    model, data = scalar(c, kin.MODEL), scalar(c, kin.DATA)
-    return geom_distance(model, data, np.int32(a), np.int32(b), farthest, address(c, TRIAL))
 
 
 @inner
