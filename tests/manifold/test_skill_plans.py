@@ -8,6 +8,7 @@ from manifold.conftest import arm_poses, curves, fit
 from manifold.laws import KINDS, SURFACES, law, samples_of
 from skillfold import StateSpace
 from skillfold.experiments.three_link import REACHING, forward, optimal
+from skillfold.manifold.projection import OnManifold
 
 
 def test_inside_is_calibrated_on_held_out_samples():
@@ -129,7 +130,8 @@ def test_ends_off_the_manifold_are_projected_and_the_plan_says_so(skills, kind, 
     start, goal = skill.sample(2, seed=seed % 2**31)
     normal = skill.distance_gradient(start + 0.1 * skill.model.scale * np.ones(skill.n_dims))
     off = start + 0.3 * skill.model.scale * normal
-    if skill.distance(off) <= skill.tolerance * 1.01:
+    # Where recordings spread, the displacement may be within tolerance and the way to a sure point not.
+    if OnManifold(skill.model, skill.tolerance).distance(off[None])[0] <= skill.tolerance * 1.01:
         return
     plan = skill.plan(off, goal, route="geodesic")
     np.testing.assert_allclose(plan.path.states[0], skill.project(off), atol=1e-12)
