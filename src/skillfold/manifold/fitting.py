@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from joblib import effective_n_jobs
 from scipy.spatial import KDTree
 
 from skillfold.errors import InputError
@@ -99,17 +100,18 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     centre = samples.mean(0)
     scale = float(np.sqrt(((samples - centre) ** 2).sum(1).mean()))
     inner = (samples - centre) / scale
+    threads = effective_n_jobs(options.jobs)  # once: to count cores takes time
     chosen = _anchor_choice(inner, options.seed)
     anchor_groups = groups[chosen] if groups is not None else None
     neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
     build_graph(inner[chosen], neighbors, anchor_groups, scale=scale)  # says early where the samples fall apart
     progress("looking for the dimension", 0.0)
-    split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed, options.jobs)
+    split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed, threads)
     outer, inner, dim = inner, inner @ split.kept, split.dim
-    judged = choose_shapes(inner, groups, dim, _sizes(len(inner), len(chosen)), options.seed, options.jobs, progress)
+    judged = choose_shapes(inner, groups, dim, _sizes(len(inner), len(chosen)), options.seed, threads, progress)
     trials += judged.trials
     progress("fitting the anchors", 0.0)
-    anchors, local, more = denoised(inner, chosen, judged, dim, groups is None, options.seed, options.jobs)
+    anchors, local, more = denoised(inner, chosen, judged, dim, groups is None, options.seed, threads)
     trials += more
     graph = build_graph(anchors, neighbors, anchor_groups, too_long=np.inf)
     frames = align_frames(local.tangents, graph)

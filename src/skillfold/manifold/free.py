@@ -31,7 +31,7 @@ TOUCHED = 0.05  # share of a direction that normals may touch if it is to count 
 MOST_NORMALS = 4
 CLEAR = 0.5  # of the gap after d with all directions: what is truly free leaves as clear a one
 WORSE = 1.3  # times the held-out residual without dropping: above it nothing is dropped
-JUDGED = 300  # samples that judge it
+JUDGED = 150  # samples that judge it
 
 
 @dataclass(frozen=True)

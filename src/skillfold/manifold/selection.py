@@ -158,7 +158,8 @@ def choose_field(
     stage = "choosing the tangent field"
     progress(stage, 0.0)
     folds = _folds(looked_at, groups, seed)
-    compare = _Comparison(samples, looked_at, frames, folds, jobs, lambda share: progress(stage, share))
+    workers = 1 if kernels else jobs  # the few short trainings for a ridge are done sooner by one
+    compare = _Comparison(samples, looked_at, frames, folds, workers, lambda share: progress(stage, share))
     trained = compare.plain(placed, plain, 1.0 if ridge else 0.7)
     errors, best = [], 0
     if len(placed) > 1:

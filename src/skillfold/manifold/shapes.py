@@ -21,7 +21,8 @@ GROWTH = 1.5  # from one neighbourhood size to the next
 SNAPPED = 1.25  # times the next size: a degree that starts no later starts there
 LARGEST = 600  # neighbourhood tried, for samples that are not many
 SCREENED = 100  # samples that every candidate predicts
-COMPARED = 1500  # samples that the better candidates predict
+COMPARED = 1500  # samples that the better candidates predict,
+FEWER, WORK = 300, 350_000  # or as many as times the terms squared make so much, but not fewer than that
 BETTER = 1.2  # times the least error: a candidate worth comparing,
 WORSE = 3.0  # unless that many standard errors tell it from the best already
 HOPELESS = 1.5  # times the least error of its degree: larger neighbourhoods only get worse
@@ -171,7 +172,9 @@ def choose_shapes(
     progress("choosing the local surfaces", 0.0)
     squares = _climb(judge(SCREENED, shapes), shapes)
     progress("choosing the local surfaces", 0.4)
-    comparison = judge(COMPARED, good := _worth_comparing(squares))
+    good = _worth_comparing(squares)
+    terms = max(terms_of(dim, s.degree) for s in good)
+    comparison = judge(min(COMPARED, max(FEWER, WORK // terms**2)), good)
     squares |= _compare(comparison, good)
     smooth = [s for s in good if smoothness(s, dim) <= _smoothest_usual({s: squares[s] for s in good}, dim)]
     reach = AROUND if groups is None else len(comparison.chosen)
