@@ -28,7 +28,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 MOST_ANCHORS = 2000
 LEAST, PER_ANCHOR = 4, 10  # times the samples per anchor: neighbourhoods tried, where samples are many
-EDGES = 2500  # that the field is trained on
+EDGES = 2000  # that the field is trained on
 QUANTILE = 0.95
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
 CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller

@@ -24,7 +24,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 ROUNDS = 6
-STEADY = 0.005  # change of every share, at which further rounds would only repeat the last
+STEADY = 0.01  # change of every share, at which further rounds would only repeat the last
 CENTRES = 800
 METRIC_FLOOR = 0.03  # of the scale that a direction keeps in the metric
 TOUCHED = 0.05  # share of a direction that normals may touch if it is to count as free
