@@ -198,7 +198,7 @@ def test_no_step_in_reach_is_an_error(stepping, monkeypatch):
 
 def test_rows_tell_what_the_trials_found(stepping):
     rows = {row.name: row for row in nao_stepping.rows(stepping)}
-    assert len(rows) == 9
+    assert len(rows) == 10
     error = rows["Nao's new steps: RMSE to the optimum at each state's own foot and pelvis"]
     whole = [np.sqrt(np.mean(np.square(trial.errors))) for trial in stepping.trials]
     assert error.measured == pytest.approx(np.mean(whole))
@@ -206,5 +206,8 @@ def test_rows_tell_what_the_trials_found(stepping):
     name = "Nao's new steps: plan, times faster than optimisation"
     assert rows[f"{name} with analytic derivatives"].target == 1000
     assert (rows[f"{name} by finite differences"].target, rows[f"{name} by finite differences"].paper) == (None, "30")
+    states = np.mean([sum(len(plan.path.states) for plan in trial.plans) for trial in stepping.trials])
+    alike = rows[f"{name} by finite differences of as many poses as the plans have states"]
+    assert alike.measured == pytest.approx(rows[f"{name} by finite differences"].measured * states / 20)
     assert rows["Nao's steps past a ball or an edge: clear"].measured == 0.0
     assert rows["Nao's new steps: stable by both judges"].measured == 1.0
