@@ -61,7 +61,7 @@ def within_limits(model: Model, states: Array, space: StateSpace) -> Array:
     best = now = np.clip(states[beyond], lower, upper)
     least = np.full(len(now), np.inf)
     for _ in range(TURNS):
-        foot = project_from(model, now, now)[0]
+        foot = project_anchored(model, now)[0]
         off = np.linalg.norm(foot - now, axis=1)
         best = np.where((off < least)[:, None], now, best)
         least = np.minimum(off, least)
