@@ -45,6 +45,13 @@ def test_excess(rng):
     assert reference.excess(state, np.full(4, np.inf), np.full(4, np.inf)) == 0.0
 
 
+def test_overrun(rng):
+    knots, limits = rng.normal(size=(6, 3, 4)), (np.full(4, 2.0), np.full(4, 3.0))
+    found = reference.overrun(knots, 0.1, *limits, np.empty((3, 4)))
+    states = [twins.evaluate(knots, 0.1, 0.0125 * i) for i in range(41)]
+    assert found == pytest.approx(max(twins.excess(state, *limits) for state in states), rel=1e-9)
+
+
 @pytest.mark.parametrize("delay", [0, 3, 9])
 def test_mix(knots, rng, delay):
     state, work, out = rng.normal(size=(3, 4)), np.empty((3, 4)), np.empty((3, 4))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from skillfold.control.timing import follow, time_path
@@ -30,6 +30,8 @@ def curved(seed, n=40):
 
 
 @given(seed=st.integers(0, 10_000), speed=st.sampled_from([0.0, 0.3, 5.0]))
+@example(seed=439, speed=5.0)
+@example(seed=1004, speed=0.3)
 @settings(max_examples=40, deadline=None)
 def test_limits_are_kept_and_ends_are_met(seed, speed):
     path = curved(seed)

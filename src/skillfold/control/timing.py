@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from skillfold.control.kernels.reference import evaluate
+from skillfold.control.kernels.reference import evaluate, overrun
 from skillfold.errors import InputError
 from skillfold.motion import Array, Path, Trajectory
 
@@ -17,6 +17,8 @@ SPEED, RISE = 1.0, 4.0  # limits of coordinates without any, in units per s and 
 GRID = 400  # places along the path at which the limits are looked at
 EASING = 0.2  # seconds over which changes of acceleration are spread
 TAIL = 2.0  # seconds of rest that are kept after the end, for what is spliced to a short path
+SLOWER = 10  # times that a law is slowed at most where its motion breaks limits between knots
+SEEN = 0.998  # share of the limits that it may be seen to take there: in between it takes a little more
 STILL = 1e-9  # a path no longer than this stays where it is
 
 Spline = Callable[..., Array]
@@ -82,14 +84,14 @@ def time_path(
     if length <= STILL:
         return _resting(states[-1], 0.0 if duration is None else _seconds(duration), names)
     times, place = _law(curve, length, v, a, max(float(speed), 0.0))
-    stretch = shortest = _stretch(curve, times, place, v, a)
-    if duration is not None:
-        wanted = _seconds(duration) / times[-1]
-        if wanted < stretch * (1 - 1e-6):
-            raise InputError(
-                f"duration {duration:g} s; the limits of velocity and acceleration need {stretch * times[-1]:.3g} s."
-            )
-        stretch = wanted
+    shortest, reference = _slowed(curve, times, place, v, a, margin, names)
+    if duration is None:
+        return reference
+    stretch = _seconds(duration) / times[-1]
+    if stretch < shortest * (1 - 1e-6):
+        raise InputError(
+            f"duration {duration:g} s; the limits of velocity and acceleration need {shortest * times[-1]:.3g} s."
+        )
     return replace(_baked(curve, times * stretch, place, names), pace=min(shortest / stretch, 1.0))
 
 
@@ -178,6 +180,24 @@ def _fastest(s: Array, slope: Array, bend: Array, v: Array, a: Array, speed: flo
     for i in range(len(s) - 1):
         square[i + 1] = min(square[i + 1], square[i] + steps[i] * rise[i])
     return np.sqrt(square)
+
+
+def _slowed(
+    curve: Spline, times: Array, place: Array, v: Array, a: Array, margin: float, names: tuple[str, ...]
+) -> tuple[float, Reference]:
+    """By how much the law is slowed to keep a share of the limits, and the motion, which keeps these everywhere.
+
+    Between its knots it is not quite the law's: rarely, where accelerations change at once, that takes more time.
+    """
+    stretch = _stretch(curve, times, place, v, a)
+    reference = _baked(curve, times * stretch, place, names)
+    for _ in range(SLOWER):
+        share = overrun(reference.knots, reference.step, v / margin, a / margin, np.empty((3, v.size)))
+        if share <= SEEN:
+            break
+        stretch *= share / SEEN
+        reference = _baked(curve, times * stretch, place, names)
+    return stretch, reference
 
 
 def _stretch(curve: Spline, times: Array, place: Array, v: Array, a: Array) -> float:

@@ -14,6 +14,7 @@ from skillfold.jit import njit
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 GROWTH = 1.4  # of the time of a splice that breaks the limits
+LOOKED = 8  # places a step at which a reference is looked at
 STILL = 1e-9  # velocity of a reference at rest
 
 
@@ -62,6 +63,16 @@ def excess(state: Array, velocity: Array, acceleration: Array) -> float:
     for c in range(velocity.size):
         worst = max(worst, abs(state[1, c]) / velocity[c], abs(state[2, c]) / acceleration[c])
     return worst
+
+
+@njit
+def overrun(knots: Array, step: float, velocity: Array, acceleration: Array, work: Array) -> float:
+    """Largest share of the limits (D,) that a reference takes, also between its knots; work (3, D)."""
+    found = 0.0
+    for i in range(LOOKED * (knots.shape[0] - 1) + 1):
+        evaluate(knots, step, step * i / LOOKED, work)
+        found = max(found, excess(work, velocity, acceleration))
+    return found
 
 
 @njit
