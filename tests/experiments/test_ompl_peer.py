@@ -44,7 +44,7 @@ def test_the_function_is_the_displacement_and_the_jacobian_spans_the_normals(ski
             jacobian = learnt.jacobian(x).copy()
             np.testing.assert_allclose(jacobian @ jacobian.T, np.eye(learnt.codim), atol=1e-12)
             np.testing.assert_allclose(jacobian @ skill.tangent(x), 0.0, atol=1e-10)
-            assert np.linalg.norm(learnt.value(x)) == pytest.approx(off, abs=1e-12)
+            assert np.linalg.norm(learnt.value(x)) == pytest.approx(off, rel=1e-10, abs=1e-12)
 
 
 def test_newton_steps_with_it_end_on_the_manifold(skill, states):
