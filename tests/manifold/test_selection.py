@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from joblib import parallel_config
 
 import skillfold as sf
 from manifold import clouds
@@ -158,6 +159,19 @@ def test_workers_change_nothing(prepared):
     two = choose_field(*prepared, None, None, None, 0, 2, silent)
     assert one[1:] == two[1:]
     np.testing.assert_array_equal(one[0].centres, two[0].centres)
+
+
+@pytest.mark.parametrize("backend", ["sequential", "loky"])
+def test_a_backend_of_joblib_takes_over_and_chooses_alike(prepared, backend):
+    """Linear algebra runs on fewer threads in other processes, and rounding grows along a descent."""
+    plain = choose_field(*prepared, None, None, None, 0, 1, silent)
+    with parallel_config(backend=backend, n_jobs=2):
+        other = choose_field(*prepared, None, None, None, 0, 2, silent)
+    assert plain[1] == other[1]
+    for one, two in zip(plain[2], other[2], strict=True):
+        assert (one.setting, one.chosen) == (two.setting, two.chosen)
+        assert one.score == pytest.approx(two.score, rel=1e-4)
+    np.testing.assert_array_equal(plain[0].centres, other[0].centres)
 
 
 def test_the_table_prints_and_comes_back_from_json():

@@ -27,8 +27,8 @@ class Problem:
     """What stays fixed while H is trained; arrays end in the edges, so that loops over these are loops over memory.
 
     Attributes:
-        values: (K, E) features at the midpoints of the edges.
-        steps: (D, E) along the edges, of unit rms.
+        values: (K, E) features at the midpoints of the edges, and at the samples of steps along tangents.
+        steps: (D, E) along the edges, of unit rms, and some short ones along local tangents.
         smoothness: (K, K), see `smoothness_matrix`.
         ridge: λ.
     """
