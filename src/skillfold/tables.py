@@ -65,6 +65,27 @@ def _pointer_to(kind: types.Type) -> Any:
 _real_pointer, _integer_pointer = _pointer_to(types.float64), _pointer_to(types.int64)
 
 
+def _to_address(typing: Any, array: Any) -> Any:
+    """Where the numbers of an array lie."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        held = context.make_array(signature.args[0])(context, builder, values[0])
+        return builder.ptrtoint(held.data, context.get_value_type(types.int64))
+
+    return types.int64(array), generate
+
+
+_address_of: Any = intrinsic(_to_address)
+
+
+@inner
+def enter(table: Indices, slot: int, array: Any, rows: int, columns: int) -> None:
+    """Put an array's address and shape into a table that compiled code makes; whoever has the array keeps it."""
+    table[ENTRY * slot] = _address_of(array)
+    table[ENTRY * slot + 1] = rows
+    table[ENTRY * slot + 2] = columns
+
+
 @inner
 def reals_at(where: int, shape: Any) -> Any:
     """Array of float64 at an address, which must stay alive."""

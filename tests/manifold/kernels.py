@@ -13,6 +13,7 @@ from skillfold.manifold.kernels import neighbours as _neighbours
 from skillfold.manifold.kernels import newton as _newton
 from skillfold.manifold.kernels import projection as _projection
 from skillfold.manifold.kernels import pushes as _pushes
+from skillfold.manifold.kernels import scratch as _scratch
 from skillfold.manifold.kernels import small as _small
 from skillfold.manifold.kernels import springs as _springs
 from skillfold.manifold.kernels import surface as _surface
@@ -39,7 +40,7 @@ def callable_of(module):
 
 acceleration, geodesic, neighbours = map(callable_of, (_acceleration, _geodesic, _neighbours))
 newton, projection, small = map(callable_of, (_newton, _projection, _small))
-surface, tangents = map(callable_of, (_surface, _tangents))
+scratch_memory, surface, tangents = map(callable_of, (_scratch, _surface, _tangents))
 detours, frames, leaf, pushes, springs, trees, walking = map(
     callable_of, (_detours, _frames, _leaf, _pushes, _springs, _trees, _walking)
 )

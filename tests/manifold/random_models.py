@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from skillfold.manifold.kernels.scratch import evaluator
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import as_maps, build_surface
@@ -31,7 +32,7 @@ class RandomModel:
     @cached_property
     def _table(self):
         D = len(self.surface.points)
-        return tabled(self.surface, self.field, np.zeros(D), np.eye(D), 1.0)
+        return tabled(self.surface, self.field, np.zeros(D), np.eye(D), 1.0, evaluator())
 
     @property
     def table(self):

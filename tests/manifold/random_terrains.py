@@ -37,7 +37,7 @@ class Terrain:
     @property
     def arguments(self):
         """What most kernels take first."""
-        return *self.land[:4], self.barrier
+        return self.model.table, *self.land[2:4], self.barrier
 
     @property
     def width(self):

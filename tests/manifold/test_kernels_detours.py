@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from manifold import twins_around as twins
-from manifold.kernels import detours, surface
+from manifold.kernels import detours, scratch_memory
 from manifold.random_terrains import TERRAINS, random_terrain
 from skillfold import PointObstacles
 from skillfold.manifold.kernels.walking import Chart
@@ -33,10 +33,10 @@ def test_make_bending():
 def framed(terrain, path):
     """The memory of a path with its frames, by kernels."""
     kept = terrain.land.surface.points.shape[0]
-    b, scratch = room(terrain, len(path)), surface.make_scratch(*terrain.land[:2], len(path))
+    b, scratch = room(terrain, len(path)), scratch_memory.make_scratch(terrain.model.table, len(path))
     detours.free_rows(b.tangents, kept)
     inner = np.empty((len(path), kept))
-    detours.frame_path(*terrain.land[:2], path, inner, b.normals, b.tangents, scratch)
+    detours.frame_path(path, inner, b.normals, b.tangents, scratch)
     return b
 
 
@@ -88,7 +88,7 @@ def test_bend_clear(terrain, n, limit):
         wanted, iterations, moved = twins.bend_clear(terrain.land, path, terrain.margin, CAP, 1e-3, limit)
         found = path.copy()
         told = detours.bend_clear(
-            *terrain.land[:2],
+            terrain.model.table,
             terrain.land.chart,
             terrain.barrier,
             found,
@@ -123,7 +123,7 @@ def test_settle_path(terrain, off):
     for n in (2, 3, 9):
         path = terrain.path(n, off)
         found = path.copy()
-        good = detours.settle_path(*terrain.land[:3], found)
+        good = detours.settle_path(terrain.model.table, terrain.land.support, found)
         if n == 2:
             assert good
             np.testing.assert_array_equal(found, path)
@@ -137,9 +137,9 @@ def test_settle_path(terrain, off):
 
 def test_settle_path_believes_only_its_support(terrain):
     land, path = terrain.land, np.repeat(terrain.on_surface(1), 5, axis=0)
-    assert detours.settle_path(*land[:3], path.copy())
+    assert detours.settle_path(terrain.model.table, land.support, path.copy())
     for support in (land.support._replace(farthest=0.0), land.support._replace(doubt=0.0)):
-        assert not detours.settle_path(*land[:2], support, path.copy())
+        assert not detours.settle_path(terrain.model.table, support, path.copy())
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.6])

@@ -1,10 +1,12 @@
 """The surface's own tangents against their twin on random models, and paths that are solved with them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from manifold import twins
-from manifold.kernels import frames, geodesic, surface
+from manifold.kernels import frames, geodesic, scratch_memory
 from manifold.random_models import SHAPES, random_model
 
 
@@ -26,10 +28,10 @@ def on_surface(model, count):
 def test_follow_surface(model):
     """Twice: the frame of the first time is turned on."""
     states = model.states(7, 0.1)
-    scratch, kept = surface.make_scratch(model.surface, model.field, 7), frames.make_frames(model.surface, 7)
+    scratch, kept = scratch_memory.make_scratch(model.table, 7), frames.make_frames(model.surface, 7)
     before = [model.surface.tangents[twins.nearest(model.surface.points, x)[0][0]] for x in states]
     for time in range(2):
-        surface.evaluate(model.surface, model.field, states, scratch)
+        scratch_memory.evaluate(states, scratch)
         frames.follow_surface(model.surface, states, time == 0, scratch, kept)
         found = [twins.follow_surface(model.surface, x, frame) for x, frame in zip(states, before, strict=True)]
         for i, (normal, basis, frame) in enumerate(found):
@@ -43,8 +45,9 @@ def test_tangents_do_not_depend_on_the_field(model):
     """Nor do displacements: it may lie across the surface."""
     states, found = model.states(5, 0.05), []
     for field in (model.field, crossed(model.field)):
-        scratch, kept = surface.make_scratch(model.surface, field, 5), frames.make_frames(model.surface, 5)
-        surface.evaluate(model.surface, field, states, scratch)
+        turned = replace(model, field=field)
+        scratch, kept = scratch_memory.make_scratch(turned.table, 5), frames.make_frames(model.surface, 5)
+        scratch_memory.evaluate(states, scratch)
         frames.follow_surface(model.surface, states, True, scratch, kept)
         found.append((scratch.normals.copy(), scratch.bases.copy()))
     np.testing.assert_allclose(found[0][0], found[1][0], atol=1e-12)
@@ -55,9 +58,9 @@ def test_tangents_do_not_depend_on_the_field(model):
 def test_relax_with_them(model, rate):
     for start, goal in zip(on_surface(model, 3), on_surface(model, 3), strict=True):
         path = np.linspace(start, goal, 9)
-        scratch = surface.make_scratch(model.surface, model.field, 9)
+        scratch = scratch_memory.make_scratch(model.table, 9)
         expected, *told = twins.relax(model.surface, model.field, path, 0.0, 0.3, 4, 0.5, True, rate)
-        found = geodesic.relax(model.surface, model.field, path, 0.0, 0.3, 4, 0.5, True, rate, scratch)
+        found = geodesic.relax(path, 0.0, 0.3, 4, 0.5, True, rate, scratch)
         assert found[0] == told[0]
         np.testing.assert_allclose(path, expected, atol=1e-5)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from manifold.kernels import geodesic, projection, surface
+from manifold.kernels import geodesic, projection, scratch_memory
 from manifold.random_models import SHAPES, random_model
 
 
@@ -20,34 +20,24 @@ def ends(model):
     pairs = []
     for i in model.rng.choice(len(anchors), 5, replace=False):
         far = np.linalg.norm(anchors - anchors[i], axis=1).argsort()[-3]
-        on, _ = projection.project_states(model.surface, model.field, model.trust, anchors[[i, far]])
+        on, _ = projection.project_states(model.table, model.trust, anchors[[i, far]])
         pairs.append((on[0], on[1]))
     return pairs
 
 
 def room(model, n):
-    return surface.make_scratch(model.surface, model.field, n)
+    return scratch_memory.make_scratch(model.table, n)
 
 
 @pytest.mark.parametrize(("step", "limit"), [(0.1, 200), (0.3, 200), (0.05, 6), (10.0, 4)])
 def test_grow_path(model, ends, step, limit):
     for start, goal in ends:
         grown = np.empty((limit, len(start)))
-        count = geodesic.grow_path(model.surface, model.field, start, goal, step, grown, room(model, 1))
+        count = geodesic.grow_path(start, goal, step, grown, room(model, 1))
         expected = twins.grow_path(model.surface, model.field, start, goal, step, limit)
         assert count == (0 if expected is None else len(expected))
         if expected is not None:
             np.testing.assert_allclose(grown[:count], expected, atol=1e-10)
-
-
-def test_between_ends_is_the_same_memory_a_state_later(model):
-    shared = {"around_squares", "distances", "starts", "start_squares", "offset", "along", "values", "monomials"}
-    whole = room(model, 6)
-    inside = geodesic.between_ends(whole)
-    for name, one, other in zip(whole._fields, whole, inside, strict=True):
-        expected = one if name in shared | {"features"} else one[1:]
-        assert other.shape == expected.shape
-        assert other.__array_interface__["data"][0] == expected.__array_interface__["data"][0]
 
 
 @pytest.mark.parametrize("count", [2, 3, 17, 100])
@@ -75,7 +65,7 @@ def bent(start, goal, n, rng):
 
 def found_at(model, path):
     scratch = room(model, len(path))
-    surface.evaluate(model.surface, model.field, path, scratch)
+    scratch_memory.evaluate(path, scratch)
     scratch.normals[[0, -1]] = 0.0
     return scratch.normals, scratch.bases
 
@@ -110,7 +100,7 @@ def test_one_step_of_relax(model, ends, n, cap):
         steps = twins.newton_steps(path, *found_at(model, path))
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         expected = path + steps * np.minimum(1.0, cap / np.maximum(lengths, 1e-300))
-        found = geodesic.relax(model.surface, model.field, path, 0.0, cap, 1, 0.5, False, 1.0, room(model, len(path)))
+        found = geodesic.relax(path, 0.0, cap, 1, 0.5, False, 1.0, room(model, len(path)))
         assert found == pytest.approx((1, 0.5 * lengths.max(), 0.5), abs=1e-10)
         np.testing.assert_allclose(path, expected, atol=1e-10)
 
@@ -119,9 +109,7 @@ def test_relax_until_it_settles(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
         expected, iterations, _, _ = twins.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0)
-        found = geodesic.relax(
-            model.surface, model.field, path, 1e-9, 0.3, 60, 1.0, False, 1.0, room(model, len(path))
-        )
+        found = geodesic.relax(path, 1e-9, 0.3, 60, 1.0, False, 1.0, room(model, len(path)))
         assert abs(found[0] - iterations) <= 2  # rounding in least squares of steps that are nearly alike
         assert max(found[0], iterations) < 60
         np.testing.assert_allclose(path, expected, atol=1e-8)
@@ -130,7 +118,7 @@ def test_relax_until_it_settles(model, ends):
 def test_relax_ends_where_the_plain_steps_vanish(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
-        geodesic.relax(model.surface, model.field, path, 1e-10, 0.3, 100, 1.0, False, 1.0, room(model, len(path)))
+        geodesic.relax(path, 1e-10, 0.3, 100, 1.0, False, 1.0, room(model, len(path)))
         assert np.abs(twins.newton_steps(path, *found_at(model, path))).max() < 1e-8
 
 
@@ -166,10 +154,5 @@ def test_solve_geodesic_from_a_first_path(model, ends):
         path, expected = np.empty((40, len(start))), np.empty((40, len(start)))
         found = geodesic.solve_geodesic(model.table, first, 0.1, path, 1e-9, 0.3, 100, False, 1.0)
         geodesic.resample(first, expected)
-        assert (
-            geodesic.relax(
-                model.surface, model.field, expected, 1e-9, 0.3, 100, 1.0, False, 1.0, room(model, len(expected))
-            )[0]
-            == found[0]
-        )
+        assert geodesic.relax(expected, 1e-9, 0.3, 100, 1.0, False, 1.0, room(model, len(expected)))[0] == found[0]
         np.testing.assert_allclose(path, expected, atol=1e-8)

@@ -38,7 +38,7 @@ def ends(model):
     pairs = []
     for i in model.rng.choice(len(anchors), 5, replace=False):
         far = np.linalg.norm(anchors - anchors[i], axis=1).argsort()[-3]
-        on, _ = projection.project_states(model.surface, model.field, model.trust, anchors[[i, far]])
+        on, _ = projection.project_states(model.table, model.trust, anchors[[i, far]])
         pairs.append((on[0], on[1]))
     return pairs
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from manifold.kernels import newton, surface
+from manifold.kernels import newton, scratch_memory
 from manifold.random_models import SHAPES, random_model
 
 
@@ -19,7 +19,7 @@ def arrays(model):
 
 def room(model, n):
     """Scratch memory for n states."""
-    return surface.make_scratch(*arrays(model), n)
+    return scratch_memory.make_scratch(model.table, n)
 
 
 @pytest.mark.parametrize(("tolerance", "steps"), [(1e-10, 40), (1e-4, 5)])
@@ -30,7 +30,7 @@ def test_descend(model, bounded, tolerance, steps):
     limits = (trust.spacing, trust.doubt, trust.cap) if bounded else (np.inf, np.inf, trust.cap)
     states, starts = model.states(20, 0.3), model.states(20, 0.0)
     points = starts.copy()
-    met = newton.descend(*arrays(model), *limits, states, points, tolerance, float(steps), room(model, 20))
+    met = newton.descend(*limits, states, points, tolerance, float(steps), room(model, 20))
     for i in range(20):
         expected, good = twins.descend(*arrays(model), *limits, states[i], starts[i], tolerance, steps)
         assert met[i] == good
@@ -41,7 +41,7 @@ def test_step_back(model):
     states = model.states(10, 0.3)
     points, met = states.copy(), np.zeros(10, bool)
     met[3] = True  # left where it is
-    newton.step_back(*arrays(model), points, 1e-10, room(model, 10), met)
+    newton.step_back(points, 1e-10, room(model, 10), met)
     for i in set(range(10)) - {3}:
         expected, good = twins.step_back(*arrays(model), states[i], 1e-10)
         assert met[i] == good
@@ -58,14 +58,14 @@ def test_shortened(rate, most):
 def test_carry_and_begin_at(model):
     """What is known of anchors goes from place to place, and says where they are looked for; never what is found."""
     states, scratch = model.states(4, 0.1), room(model, 4)
-    surface.evaluate(*arrays(model), states, scratch)
+    scratch_memory.evaluate(states, scratch)
     newton.carry(scratch, 3, 1)
     for name in ("around", "origins", "known"):
         np.testing.assert_array_equal(getattr(scratch, name)[1], getattr(scratch, name)[3])
-    newton.begin_at(model.surface, scratch, 2, 4)
+    newton.begin_at(model.surface.neighbours, scratch, 2, 4)
     assert scratch.known[2] == 0.0
     if model.surface.neighbours.shape[1]:
         np.testing.assert_array_equal(scratch.around[2], model.surface.neighbours[4, :16])
-    surface.evaluate(*arrays(model), states[[0, 3, 2, 1]].copy(), scratch)
+    scratch_memory.evaluate(states[[0, 3, 2, 1]].copy(), scratch)
     expected = [twins.nearest(model.surface.points, x)[0] for x in states[[0, 3, 2, 1]]]
     np.testing.assert_array_equal(scratch.nearest, expected)

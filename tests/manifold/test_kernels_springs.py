@@ -16,7 +16,7 @@ def terrain(request):
 def relaxed(terrain, path, tolerance, limit):
     path = path.copy()
     told = springs.relax_springs(
-        *terrain.land[:2],
+        terrain.model.table,
         terrain.land.chart,
         terrain.barrier,
         path,

@@ -1,13 +1,11 @@
-"""The modelled surface and the tangent field at states, against their twins on random models."""
+"""The modelled surface at states, against its twins on random models."""
 
 import numpy as np
 import pytest
 
 from manifold import twins
-from manifold.kernels import surface
+from manifold.kernels import scratch_memory, surface
 from manifold.random_models import SHAPES, random_model
-from skillfold.manifold.model import as_maps, build_surface
-from skillfold.manifold.polynomials import monomials
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -16,30 +14,9 @@ def model(request):
 
 
 def evaluated(model, states):
-    scratch = surface.make_scratch(model.surface, model.field, len(states))
-    surface.evaluate(model.surface, model.field, states, scratch)
+    scratch = scratch_memory.make_scratch(model.table, len(states))
+    scratch_memory.evaluate(states, scratch)
     return scratch
-
-
-def test_make_scratch(model):
-    D, M = model.surface.points.shape
-    scratch = surface.make_scratch(model.surface, model.field, 6)
-    assert scratch.distances.shape == (M,)
-    assert scratch.nearest.shape == scratch.squares.shape == (6, min(8, M - 1) + 1)
-    assert scratch.starts.shape == scratch.start_squares.shape == (4,)
-    assert scratch.bases.shape == (6, model.field.weights.shape[0], D)
-
-
-@pytest.mark.parametrize("spread", [0.0, 0.05, 0.5, 20.0])
-def test_find_nearest(model, spread):
-    """Among the neighbours of the anchor that was nearest before, or among all: the same."""
-    scratch = surface.make_scratch(model.surface, model.field, 50)
-    for _ in range(2):
-        states = model.states(50, spread) + 1e-9 * model.rng.normal(size=(50, len(model.surface.points)))
-        surface.find_nearest(model.surface, states, scratch)
-        expected = [twins.nearest(model.surface.points, x) for x in states]
-        np.testing.assert_array_equal(scratch.nearest, [order for order, _ in expected])
-        np.testing.assert_allclose(scratch.squares, [square for _, square in expected], atol=1e-12, rtol=1e-12)
 
 
 def test_blend(model):
@@ -87,36 +64,3 @@ def test_displace_is_across_the_anchor(model):
     for i, x in enumerate(model.states(5, 0.3)):
         across = model.surface.tangents[i] @ from_one_anchor(model, i, x)
         np.testing.assert_allclose(across, 0.0, atol=1e-10)
-
-
-@pytest.mark.parametrize("spread", [0.0, 0.1, 2.0])
-def test_evaluate(model, spread):
-    states = model.states(20, spread)
-    scratch = evaluated(model, states)
-    for i, x in enumerate(states):
-        expected, basis, nearest, doubt = twins.displacement(model.surface, model.field, x)
-        np.testing.assert_allclose(scratch.normals[i], expected, atol=1e-10)
-        np.testing.assert_allclose(scratch.bases[i], basis, atol=1e-10)
-        assert scratch.squares[i, 0] == pytest.approx(nearest, abs=1e-12)
-        # A square root of a difference of squares: eps of the squares is half the digits of the root.
-        assert scratch.doubts[i] == pytest.approx(doubt, abs=1e-6)
-
-
-def test_evaluate_one_by_one_is_the_same_but_for_rounding(model):
-    states = model.states(20, 0.2)
-    together = evaluated(model, states).normals
-    scratch = surface.make_scratch(model.surface, model.field, 1)
-    for i in range(20):
-        surface.evaluate(model.surface, model.field, states[i : i + 1], scratch)
-        np.testing.assert_allclose(scratch.normals[0], together[i], atol=1e-14)
-
-
-def test_evaluate_where_all_anchors_are_one_point():
-    """No width to blend over: equal weights, no division by zero."""
-    points = np.tile([[1.0], [2.0]], (1, 4))
-    maps = as_maps(np.tile(np.eye(2), (4, 1, 1)), np.zeros((4, 1, 2)), np.ones(4))
-    sheet = build_surface(points, *maps, np.ones(4), monomials(1, 1))
-    field = surface.Field(np.zeros((2, 1)), 1.0, np.array([[[1.0], [0.0]]]))
-    scratch = surface.make_scratch(sheet, field, 1)
-    surface.evaluate(sheet, field, np.array([[1.5, 2.25]]), scratch)
-    np.testing.assert_allclose(scratch.normals[0], [0.0, 0.25], atol=1e-15)

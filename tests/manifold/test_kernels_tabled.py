@@ -6,6 +6,7 @@ import pytest
 
 from manifold.random_models import SHAPES, random_model
 from skillfold.manifold.kernels import tabled
+from skillfold.manifold.kernels.scratch import evaluator
 
 
 @numba.njit
@@ -40,7 +41,7 @@ def test_encode():
     rng = np.random.default_rng(5)
     model = random_model(3, *SHAPES[2])
     kept, centre, states = np.linalg.qr(rng.normal(size=(4, 3)))[0], rng.normal(size=4), rng.normal(size=(6, 4))
-    table = tabled.tabled(model.surface, model.field, centre, kept, 2.5)
+    table = tabled.tabled(model.surface, model.field, centre, kept, 2.5, evaluator())
     np.testing.assert_allclose(encoded(table.entries, states), (states - centre) @ kept / 2.5, atol=1e-14)
 
 
@@ -55,6 +56,6 @@ def test_moved():
     model = random_model(3, *SHAPES[2])
     kept, states = np.linalg.qr(rng.normal(size=(4, 3)))[0], rng.normal(size=(6, 4))
     inner, points = rng.normal(size=(2, 6, 3))
-    table = tabled.tabled(model.surface, model.field, rng.normal(size=4), kept, 2.5)
+    table = tabled.tabled(model.surface, model.field, rng.normal(size=4), kept, 2.5, evaluator())
     expected = states + 2.5 * (points - inner) @ kept.T
     np.testing.assert_allclose(moved(table.entries, states, inner, points), expected, atol=1e-14)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from manifold import twins_around as twins
-from manifold.kernels import surface, walking
+from manifold.kernels import scratch_memory, walking
 from manifold.random_terrains import TERRAINS, random_terrain
 
 
@@ -14,7 +14,7 @@ def terrain(request):
 
 
 def room(terrain):
-    return surface.make_scratch(*terrain.land[:2], 1)
+    return scratch_memory.make_scratch(terrain.model.table, 1)
 
 
 def row(terrain):
@@ -55,7 +55,7 @@ def test_settle(terrain, spread):
     scratch, land, answers = room(terrain), terrain.land, set()
     for z in terrain.states(15, spread):
         found = z.copy()
-        good = walking.settle(*land[:3], found, row(terrain), scratch)
+        good = walking.settle(land.support, found, row(terrain), scratch)
         expected, basis, wanted = twins.settle(land, z)
         assert good == wanted
         answers.add(good)
@@ -70,7 +70,7 @@ def test_settle(terrain, spread):
 def test_settle_does_not_believe_what_is_far_or_in_doubt(terrain):
     land, z = terrain.land, terrain.on_surface(1)[0]
     for support in (land.support._replace(farthest=0.0), land.support._replace(doubt=0.0)):
-        assert not walking.settle(*land[:2], support, z.copy(), row(terrain), room(terrain))
+        assert not walking.settle(support, z.copy(), row(terrain), room(terrain))
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.5, 1.0])
@@ -91,7 +91,7 @@ def test_walk(terrain, step, limit):
     starts, targets = terrain.on_surface(12), np.vstack([terrain.on_surface(8), terrain.states(4, 0.2)])
     for start, target in zip(starts, targets, strict=True):
         out = np.empty((limit, terrain.width))
-        count, arrived = walking.walk(*terrain.arguments, start, target, step, margin, out, room(terrain))
+        count, arrived = walking.walk(*terrain.arguments[1:], start, target, step, margin, out, room(terrain))
         expected, wanted = twins.walk(terrain.land, start, target, step, margin, limit)
         assert (count, arrived) == (len(expected), wanted)
         answers.add(arrived)
@@ -105,7 +105,7 @@ def test_walks_stay_on_the_surface_clear_and_within_limits(terrain):
     margin, seen = 0.3 * terrain.margin, 0
     for start, target in zip(terrain.on_surface(10), terrain.on_surface(10), strict=True):
         out = np.empty((60, terrain.width))
-        count, arrived = walking.walk(*terrain.arguments, start, target, 0.1, margin, out, room(terrain))
+        count, arrived = walking.walk(*terrain.arguments[1:], start, target, 0.1, margin, out, room(terrain))
         whole = np.vstack([start, out[:count]])
         normals, _ = twins.frames(terrain.land, whole)
         assert np.abs(normals).max() < 1e-7
@@ -126,7 +126,7 @@ def test_a_walk_does_not_start_off_the_surface(terrain):
     start, target = terrain.on_surface(2)
     far = start + 50.0 * np.arange(1.0, terrain.width + 1)
     out = np.empty((10, terrain.width))
-    assert walking.walk(*terrain.arguments, far, target, 0.1, 0.0, out, room(terrain)) == (0, False)
+    assert walking.walk(*terrain.arguments[1:], far, target, 0.1, 0.0, out, room(terrain)) == (0, False)
 
 
 def test_seems_clear(terrain):

@@ -8,7 +8,7 @@ import pytest
 
 from manifold import clouds
 from manifold.conftest import fit
-from manifold.kernels import surface
+from manifold.kernels import scratch_memory
 from manifold.laws import SURFACES, law, law_of_surfaces, states_about
 
 
@@ -39,11 +39,11 @@ def foot(skill, state):
     Anchors that disagree with their neighbours about the surface are no place to start from (`Trust.sure`).
     """
     model = skill.model
-    scratch = surface.make_scratch(model.surface, model.field, 1)
+    scratch = scratch_memory.make_scratch(model.table, 1)
     sure = model.anchors[model.trust.sure]
     point = sure[np.linalg.norm(sure - model.encode(state), axis=1).argmin()].copy()
     for _ in range(20):
-        surface.evaluate(model.surface, model.field, point[None], scratch)
+        scratch_memory.evaluate(point[None], scratch)
         point -= scratch.normals[0]
     return model.moved(state, point)
 
@@ -97,8 +97,8 @@ def test_next_to_the_surface_no_state_is_moved_far(creased):
     states = clouds.crease(6000, rng, inner=0.8)
     on = creased.project(states, near=states)
     on = creased.project(on, near=on) + 1e-6 * rng.normal(size=on.shape)
-    scratch = surface.make_scratch(model.surface, model.field, len(on))
-    surface.evaluate(model.surface, model.field, model.encode(on), scratch)
+    scratch = scratch_memory.make_scratch(model.table, len(on))
+    scratch_memory.evaluate(model.encode(on), scratch)
     unusual = scratch.doubts > 10.0 * model.trust.doubt
     one = scratch.doubts < 0.2 * model.trust.spacing
     assert (unusual & one).sum() > 10

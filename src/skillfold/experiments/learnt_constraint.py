@@ -11,30 +11,19 @@ import numpy as np
 
 from skillfold.check import OUTSIDE
 from skillfold.jit import njit
+from skillfold.manifold.kernels import scratch
+from skillfold.manifold.kernels.scratch import Scratch, evaluate_at, make_scratch
 from skillfold.manifold.kernels.small import norm
-from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
-from skillfold.tables import (
-    Array,
-    Indices,
-    address,
-    index_matrix,
-    indices,
-    integers_at,
-    matrix,
-    reals_at,
-    table_of,
-    vector,
-)
+from skillfold.manifold.kernels.tabled import EVALUATOR, KEPT, SCALE, encode
+from skillfold.manifold.kernels.tabled import SLOTS as MODEL
+from skillfold.tables import ENTRY, Array, Indices, matrix, scalar, table_of, vector
 
-POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
-CENTRES, WEIGHTS, PRECISION = 10, 11, 12
-CENTRE, KEPT, SCALE = 13, 14, 15  # of the way from states to inner coordinates
-NEAREST, SQUARES, NORMALS, BASES, DOUBTS, NEARBY, NEARBY_SQUARES, ORIGINS, KNOWN = range(16, 25)
-DISTANCES, STARTS, START_SQUARES, BLEND, OFFSET, ALONG, VALUES, MONOMIALS, FEATURES = range(25, 34)
-SHAPE = 34  # d, of the field
-LAST, INNER, ACROSS = 35, 36, 37  # (D,) state last evaluated, (1, D - f) its inner coordinates, (c, D - f) basis
-VALUE, JACOBIAN = 38, 39  # (c,) and (c, D) there
-SLOTS = 40
+# After the slots of a model come those of scratch memory.
+LAST, ACROSS = MODEL + scratch.SLOTS, MODEL + scratch.SLOTS + 1  # (D,) state last evaluated, (c, D - f) basis
+VALUE, JACOBIAN = LAST + 2, LAST + 3  # (c,) and (c, D) there
+SLOTS = LAST + 4
+NORMALS, BASES = MODEL + scratch.NORMALS, MODEL + scratch.BASES
+SQUARES, DOUBTS = MODEL + scratch.SQUARES, MODEL + scratch.DOUBTS
 
 
 class LearntConstraint:
@@ -51,7 +40,9 @@ class LearntConstraint:
         self.codim: int = model.n_dims - model.dim
         self._table = table_of(_arrays(model, self.codim), SLOTS, model)
         self._value, self._jacobian = self._table.arrays[VALUE], self._table.arrays[JACOBIAN]
-        self._squares, self._doubts = (self._table.arrays[slot].reshape(1, -1) for slot in (SQUARES, DOUBTS))
+        self._squares, self._doubts = (
+            self._table.arrays[MODEL + slot].reshape(1, -1) for slot in (scratch.SQUARES, scratch.DOUBTS)
+        )
         self._farthest, self._most_doubt = (OUTSIDE * model.trust.spacing) ** 2, model.trust.ghost
 
     def value(self, x: Array) -> Array:
@@ -75,33 +66,39 @@ class LearntConstraint:
 
 def _arrays(model: Any, codim: int) -> dict[int, Any]:
     """By slot."""
-    surface, field = model.surface, model.field
-    scratch = _room(surface, field)
-    inner = model.kept.shape[1]
-    flat = [part.reshape(len(part), -1) if part.ndim == 3 else part for part in surface]
-    working = [part.reshape(len(part), -1) if part.ndim == 3 else part for part in scratch]
+    room = _room(model.table)
+    working = {
+        scratch.NEAREST: room.nearest,
+        scratch.SQUARES: room.squares,
+        scratch.NORMALS: room.normals,
+        scratch.BASES: room.bases[0],
+        scratch.DOUBTS: room.doubts,
+        scratch.BLEND: room.weights,
+        scratch.NEARBY: room.around,
+        scratch.NEARBY_SQUARES: room.around_squares,
+        scratch.ORIGINS: room.origins,
+        scratch.KNOWN: room.known,
+        scratch.DISTANCES: room.distances,
+        scratch.OFFSET: room.offset,
+        scratch.ALONG: room.along,
+        scratch.VALUES: room.values,
+        scratch.MONOMIALS: room.monomials,
+        scratch.FEATURES: room.features,
+    }
     return {
-        **dict(enumerate(flat)),
-        CENTRES: field.centres,
-        WEIGHTS: field.weights.reshape(len(field.weights), -1),
-        PRECISION: np.array([field.precision]),
-        CENTRE: model.centre,
-        KEPT: model.kept,
-        SCALE: np.array([model.scale]),
-        **dict(enumerate(working, NEAREST)),
-        SHAPE: np.array([len(field.weights)]),
+        **model.arrays,
+        **{MODEL + slot: array for slot, array in working.items()},
         LAST: np.full(model.n_dims, np.nan),
-        INNER: np.zeros((1, inner)),
-        ACROSS: np.zeros((codim, inner)),
+        ACROSS: np.zeros((codim, model.kept.shape[1])),
         VALUE: np.zeros(codim),
         JACOBIAN: np.zeros((codim, model.n_dims)),
     }
 
 
 @njit
-def _room(surface: Surface, field: Field) -> Scratch:
+def _room(t: Indices) -> Scratch:
     """For one state."""
-    return make_scratch(surface, field, 1)
+    return make_scratch(t, 1)
 
 
 @njit
@@ -114,32 +111,20 @@ def settle(x: Array, m: Indices) -> None:
         last[c] = x[c]
     if same:
         return
-    inner, scratch = matrix(m, INNER), _scratch(m)
-    _encode(x, m, inner[0])
-    evaluate(_surface(m), _field(m), inner, scratch)
-    across, kept = matrix(m, ACROSS), matrix(m, KEPT)
-    _complement(scratch.bases[0], across)
+    evaluate_at(scalar(m, EVALUATOR))(m, encode(m, x.reshape(1, x.size)), m[ENTRY * MODEL :], 1)
+    across, kept, normal = matrix(m, ACROSS), matrix(m, KEPT), vector(m, NORMALS)
+    _complement(matrix(m, BASES), across)
     value, jacobian, scale = vector(m, VALUE), matrix(m, JACOBIAN), vector(m, SCALE)[0]
     for r in range(across.shape[0]):
         s = 0.0
         for k in range(across.shape[1]):
-            s += across[r, k] * scratch.normals[0, k]
+            s += across[r, k] * normal[k]
         value[r] = scale * s
         for c in range(x.size):
             s = 0.0
             for k in range(across.shape[1]):
                 s += across[r, k] * kept[c, k]
             jacobian[r, c] = s
-
-
-@njit
-def _encode(x: Array, m: Indices, inner: Array) -> None:
-    centre, kept, scale = vector(m, CENTRE), matrix(m, KEPT), vector(m, SCALE)[0]
-    for k in range(inner.size):
-        s = 0.0
-        for c in range(x.size):
-            s += (x[c] - centre[c]) * kept[c, k]
-        inner[k] = s / scale
 
 
 @njit
@@ -175,55 +160,3 @@ def _remove(rows: Array, count: int, row: Array) -> None:
             s += rows[a, k] * row[k]
         for k in range(row.size):
             row[k] -= s * rows[a, k]
-
-
-@njit
-def _surface(m: Indices) -> Surface:
-    points, d = matrix(m, POINTS), indices(m, SHAPE)[0]
-    D, M = points.shape
-    bends = matrix(m, BENDS)
-    return Surface(
-        points,
-        matrix(m, ROWS),
-        reals_at(address(m, TANGENTS), (M, d, D)),
-        reals_at(address(m, BENDS), (M, D, bends.shape[1] // D)),
-        index_matrix(m, NEIGHBOURS),
-        vector(m, REACHES),
-        vector(m, RADII),
-        indices(m, PARENTS),
-        indices(m, FACTORS),
-        indices(m, DEGREES),
-    )
-
-
-@njit
-def _field(m: Indices) -> Field:
-    centres = matrix(m, CENTRES)
-    shape = (indices(m, SHAPE)[0], centres.shape[0], centres.shape[1])
-    return Field(centres, vector(m, PRECISION)[0], reals_at(address(m, WEIGHTS), shape))
-
-
-@njit
-def _scratch(m: Indices) -> Scratch:
-    D, d = matrix(m, POINTS).shape[0], indices(m, SHAPE)[0]
-    nearest = index_matrix(m, NEAREST)
-    return Scratch(
-        integers_at(address(m, NEAREST), nearest.shape),
-        matrix(m, SQUARES),
-        matrix(m, NORMALS),
-        reals_at(address(m, BASES), (1, d, D)),
-        vector(m, DOUBTS),
-        index_matrix(m, NEARBY),
-        matrix(m, NEARBY_SQUARES),
-        matrix(m, ORIGINS),
-        vector(m, KNOWN),
-        vector(m, DISTANCES),
-        indices(m, STARTS),
-        vector(m, START_SQUARES),
-        matrix(m, BLEND),
-        vector(m, OFFSET),
-        vector(m, ALONG),
-        vector(m, VALUES),
-        vector(m, MONOMIALS),
-        vector(m, FEATURES),
-    )

@@ -4,6 +4,7 @@ import numpy as np
 
 from skillfold.manifold.kernels.judging import nearest_distances
 from skillfold.manifold.kernels.projection import bring_onto
+from skillfold.manifold.kernels.scratch import evaluator
 from skillfold.manifold.kernels.surface import Field, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import as_maps, build_surface
@@ -20,7 +21,7 @@ def project_onto_a_line() -> None:
     surface = build_surface(points, *maps, ones, monomials(1, 1))
     field = Field(np.zeros((2, 1)), 1.0, np.array([[[1.0], [0.0]]]))
     states = np.ones((1, 2))
-    table = tabled(surface, field, np.zeros(2), np.eye(2), 1.0)
+    table = tabled(surface, field, np.zeros(2), np.eye(2), 1.0, evaluator())
     bring_onto(table.entries, Trust(1.0, 1.0, 1.0, np.ones(ANCHORS, bool), 1.0), states)
     nearest_distances(table.entries, states)
 

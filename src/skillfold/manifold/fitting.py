@@ -13,6 +13,7 @@ from skillfold.manifold.free import split_directions
 from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
 from skillfold.manifold.kernels.judging import displacements
+from skillfold.manifold.kernels.scratch import evaluator
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import Model, as_maps, build_surface, trust_in
@@ -197,7 +198,7 @@ def _kernel_field(field: TangentField) -> Field:
 def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
     """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
     inner = len(surface.points)
-    table = tabled(surface, field, np.zeros(inner), np.eye(inner), 1.0)
+    table = tabled(surface, field, np.zeros(inner), np.eye(inner), 1.0, evaluator())
     found = displacements(table.entries, surface.rows, np.inf)[2]
     usual = max(float(np.median(found)), NO_DOUBT)
     return trust_in(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)

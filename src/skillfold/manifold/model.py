@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from skillfold.manifold.kernels.projection import GHOST
+from skillfold.manifold.kernels.scratch import evaluator
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.polynomials import Monomials
@@ -69,7 +70,7 @@ class Model:
 
     @cached_property
     def _table(self) -> Table:
-        return tabled(self.surface, self.field, self.centre, self.kept, self.scale)
+        return tabled(self.surface, self.field, self.centre, self.kept, self.scale, evaluator())
 
     @cached_property
     def _outward(self) -> Array:

@@ -18,8 +18,7 @@ def sprung(terrain: Terrain, path: Array) -> tuple[Array, int, bool]:
     moved_path = path.copy()
     capacity = max(terrain.compiled.capacity, 1)
     iterations, moved = relax_springs(
-        terrain.model.surface,
-        terrain.model.field,
+        terrain.model.table,
         terrain.chart,
         terrain.barrier,
         moved_path,

@@ -61,8 +61,8 @@ class Terrain:
         return cls(model, obstacles, margin, chart, barrier_of(compiled), support, compiled)
 
     @property
-    def _surface(self) -> tuple[Any, Any, Support, Chart, Barrier]:
-        return self.model.surface, self.model.field, self.support, self.chart, self.barrier
+    def _surface(self) -> tuple[Any, Support, Chart, Barrier]:
+        return self.model.table, self.support, self.chart, self.barrier
 
     def coordinates(self, states: Array) -> Array:
         """Whole coordinates (..., D) of states (..., D)."""
@@ -88,9 +88,9 @@ class Terrain:
     def bent(self, path: Array, margin: float, cap: float, tolerance: float, limit: int) -> tuple[Array, int, bool]:
         """The path (n, D) made short and kept a margin clear; iterations, and whether it settled."""
         bent = path.copy()
-        surface, field, _, chart, barrier = self._surface
+        table, _, chart, barrier = self._surface
         capacity = max(self.compiled.capacity, 1)
-        iterations, moved = bend_clear(surface, field, chart, barrier, bent, margin, capacity, cap, tolerance, limit)
+        iterations, moved = bend_clear(table, chart, barrier, bent, margin, capacity, cap, tolerance, limit)
         return bent, int(iterations), bool(moved < tolerance)
 
     def settled(self, path: Array, count: int, smooth: bool) -> tuple[Array, bool]:
@@ -104,7 +104,7 @@ class Terrain:
             path = curve
         dense = np.empty((count, path.shape[1]))
         resample(path, dense)
-        return dense, bool(settle_path(self.model.surface, self.model.field, self.support, dense))
+        return dense, bool(settle_path(self.model.table, self.support, dense))
 
     def keeps_clear(self, path: Array) -> bool:
         """Whether the states of a path (n, D) do, whatever lies between them."""

@@ -13,31 +13,31 @@ from skillfold.control.kernels.reference import evaluate
 from skillfold.jit import function_at, njit
 from skillfold.manifold.kernels.newton import descend
 from skillfold.manifold.kernels.projection import gap
+from skillfold.manifold.kernels.scratch import evaluate as evaluate_surface
+from skillfold.manifold.kernels.scratch import make_scratch
 from skillfold.manifold.kernels.small import copy
-from skillfold.manifold.kernels.surface import evaluate as evaluate_surface
-from skillfold.manifold.kernels.surface import make_scratch
-from skillfold.manifold.kernels.tabled import KEPT, SCALE, encode, field_at, surface_at
+from skillfold.manifold.kernels.tabled import KEPT, SCALE, encode
 from skillfold.tables import Indices, address, indices, matrix, reals_at, vector
 
 # The first slots are those of a model (`tabled`).
-NUMBERS = 16  # longest step of a projection; how far out and in how much doubt the surface is believed
-KNOTS = 17  # (3 n, D) of the reference
-Q, QD = 18, 19  # (D,) the sample
-GOOD, LAST, SEEN = 20, 21, 40  # (D,) the last one that was used, the last of all, the last believed
-REFERENCE = 22  # (3, D) position, velocity, acceleration that it asks for
-FOOT = 23  # (D,) of the last usable sample
-ACCELERATION, TORQUE = 24, 25  # (D,) the answer
-GAINS = 26  # of `feedback`, then ω of a hold
-VELOCITY, RISE, REACTION, LOWER, UPPER, EFFORT = range(27, 33)  # (D,) limits, all finite
-TURNING = 33  # (D,) whether full turns change nothing
-MEMORY = 34  # see below
-FUNCTIONS = 35  # addresses of inverse dynamics and clearance; 0 is none
-DYNAMICS, OBSTACLES = 36, 37  # their arguments
-NOTHING = 38  # (0,)
-WORK = 39  # (8, D)
-BASIS = 41  # (d, E) tangents at the foot
-EASE = 42  # (D,) acceleration of a reference that gives way
-SLOTS = 43
+NUMBERS = 17  # longest step of a projection; how far out and in how much doubt the surface is believed
+KNOTS = 18  # (3 n, D) of the reference
+Q, QD = 19, 20  # (D,) the sample
+GOOD, LAST, SEEN = 21, 22, 41  # (D,) the last one that was used, the last of all, the last believed
+REFERENCE = 23  # (3, D) position, velocity, acceleration that it asks for
+FOOT = 24  # (D,) of the last usable sample
+ACCELERATION, TORQUE = 25, 26  # (D,) the answer
+GAINS = 27  # of `feedback`, then ω of a hold
+VELOCITY, RISE, REACTION, LOWER, UPPER, EFFORT = range(28, 34)  # (D,) limits, all finite
+TURNING = 34  # (D,) whether full turns change nothing
+MEMORY = 35  # see below
+FUNCTIONS = 36  # addresses of inverse dynamics and clearance; 0 is none
+DYNAMICS, OBSTACLES = 37, 38  # their arguments
+NOTHING = 39  # (0,)
+WORK = 40  # (8, D)
+BASIS = 42  # (d, E) tangents at the foot
+EASE = 43  # (D,) acceleration of a reference that gives way
+SLOTS = 44
 
 # What is remembered.
 PHASE, RATE, SLOPE, BRAKE = 0, 1, 2, 3  # of the reference: phase [s], its rate, how that changes, how fast it may
@@ -128,15 +128,14 @@ def find_foot(t: Indices) -> None:
     """Move the foot to that of the sample, found from where it is, and find the tangents there."""
     q, foot, basis = vector(t, Q), vector(t, FOOT), matrix(t, BASIS)
     numbers, kept, scale = vector(t, NUMBERS), matrix(t, KEPT), vector(t, SCALE)[0]
-    surface, field = surface_at(t), field_at(t)
-    E, d = kept.shape[1], field.weights.shape[0]
-    scratch = make_scratch(surface, field, 1)
+    scratch = make_scratch(t, 1)
+    E, d = kept.shape[1], scratch.bases.shape[1]
     state, point = encode(t, q.reshape(1, q.size)), encode(t, foot.reshape(1, foot.size))
     first, before = point.copy(), gap(state[0], point[0])
-    descend(surface, field, numbers[1], numbers[2], numbers[0], state, point, TOLERANCE, STEPS, scratch)
+    descend(numbers[1], numbers[2], numbers[0], state, point, TOLERANCE, STEPS, scratch)
     if not gap(state[0], point[0]) <= before + SLACK:  # far off, it may run away; the last foot is nearer
         copy(first[0], point[0])
-        evaluate_surface(surface, field, point, scratch)
+        evaluate_surface(point, scratch)
     for c in range(q.size):
         foot[c] = q[c]
         for e in range(E):

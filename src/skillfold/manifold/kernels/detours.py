@@ -11,8 +11,8 @@ from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import longest
 from skillfold.manifold.kernels.geodesic import newton_steps
 from skillfold.manifold.kernels.pushes import SIGHT, push_off_limits, push_off_obstacles
+from skillfold.manifold.kernels.scratch import Scratch, evaluate, make_scratch
 from skillfold.manifold.kernels.small import norm
-from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
 from skillfold.manifold.kernels.walking import (
     ON_SURFACE,
     SETTLE_STEPS,
@@ -22,6 +22,7 @@ from skillfold.manifold.kernels.walking import (
     edge_is_clear,
     to_state,
 )
+from skillfold.tables import Indices
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -30,9 +31,7 @@ FREED = 0.3  # of the margin that one may go where it has no clearance
 
 
 @inlined
-def frame_path(
-    surface: Surface, field: Field, path: Array, inner: Array, normals: Array, tangents: Array, scratch: Scratch
-) -> None:
+def frame_path(path: Array, inner: Array, normals: Array, tangents: Array, scratch: Scratch) -> None:
     """Displacements (n, D) from the surface and tangents (n, d, D) of a path of whole coordinates (n, D).
 
     `inner` is (n, D - f) scratch. Rows of the free directions have been put into `tangents` once and stay.
@@ -41,7 +40,7 @@ def frame_path(
     for i in range(n):
         for c in range(k):
             inner[i, c] = path[i, c]
-    evaluate(surface, field, inner, scratch)
+    evaluate(inner, scratch)
     for i in range(n):
         for c in range(k):
             normals[i, c] = scratch.normals[i, c]
@@ -154,8 +153,7 @@ def bend_once(
 
 @njit
 def bend_clear(
-    surface: Surface,
-    field: Field,
+    t: Indices,
     chart: Chart,
     barrier: Barrier,
     path: Array,
@@ -170,13 +168,14 @@ def bend_clear(
     Returns iterations and the last step.
     """
     n, D = path.shape
-    kept = surface.points.shape[0]
-    scratch, inner = make_scratch(surface, field, n), np.empty((n, kept))
-    b = make_bending(n, field.weights.shape[0] + D - kept, D, capacity)
+    scratch = make_scratch(t, n)
+    kept = scratch.normals.shape[1]
+    inner = np.empty((n, kept))
+    b = make_bending(n, scratch.bases.shape[1] + D - kept, D, capacity)
     free_rows(b.tangents, kept)
     iteration, moved, steepest = 0, np.inf, 0.0
     while iteration < limit and moved >= tolerance:
-        frame_path(surface, field, path, inner, b.normals, b.tangents, scratch)
+        frame_path(path, inner, b.normals, b.tangents, scratch)
         b.normals[0] = 0.0  # the ends stay where they are
         b.normals[n - 1] = 0.0
         moved, steepest = bend_once(chart, barrier, path, path, margin, steepest, cap, b)
@@ -219,16 +218,17 @@ def bend_aside(
 
 
 @njit
-def settle_path(surface: Surface, field: Field, support: Support, path: Array) -> bool:
+def settle_path(t: Indices, support: Support, path: Array) -> bool:
     """Bring the inner states of a path (n, D) straight onto the surface; whether all got there and are believed."""
-    n, kept = len(path), surface.points.shape[0]
-    scratch, inner = make_scratch(surface, field, n), np.empty((n, kept))
+    n, scratch = len(path), make_scratch(t, len(path))
+    kept = scratch.normals.shape[1]
+    inner = np.empty((n, kept))
     for i in range(n):
         for c in range(kept):
             inner[i, c] = path[i, c]
     off = 1.0
     for _ in range(SETTLE_STEPS):
-        evaluate(surface, field, inner, scratch)
+        evaluate(inner, scratch)
         off = 0.0
         for i in range(1, n - 1):
             off = max(off, norm(scratch.normals[i]))

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skillfold.jit import inlined, inner
+from skillfold.manifold.kernels.scratch import Scratch
 from skillfold.manifold.kernels.small import copy, orthonormalise
-from skillfold.manifold.kernels.surface import REACH, Indices, Scratch, Surface
+from skillfold.manifold.kernels.surface import REACH, Indices, Surface
 from skillfold.manifold.kernels.tangents import remove_tangential
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -7,9 +7,9 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, take
 from skillfold.manifold.kernels.frames import follow_surface, make_frames
+from skillfold.manifold.kernels.scratch import Scratch, evaluate, make_scratch
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
-from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate, make_scratch
-from skillfold.manifold.kernels.tabled import field_at, surface_at
+from skillfold.manifold.kernels.tabled import surface_at
 from skillfold.tables import Indices
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -22,9 +22,7 @@ WORSE = 2.0  # times the last step: a larger one shows that what was learnt of t
 
 
 @inlined
-def grow_path(
-    surface: Surface, field: Field, start: Array, goal: Array, step: float, grown: Array, scratch: Scratch
-) -> int:
+def grow_path(start: Array, goal: Array, step: float, grown: Array, scratch: Scratch) -> int:
     """Grow from both ends in turn along the projected direction until they meet; the number of states grown.
 
     Algorithm 1 with its faults mended: the grown points are kept, in `grown` (limit, D), start first; steps go
@@ -49,7 +47,7 @@ def grow_path(
         forward = grown_already % 2 == 0
         here, there, side = (left, left + 1, 0) if forward else (right, right - 1, 1)
         if grown_already < 2:
-            evaluate(surface, field, grown[here : here + 1], scratch)
+            evaluate(grown[here : here + 1], scratch)
             copy_rows(basis, tangents[side])
         keep_along(tangents[side], direction, within)
         length = norm(direction)
@@ -58,7 +56,7 @@ def grow_path(
         signed = step / length if forward else -step / length
         for c in range(D):
             grown[there, c] = grown[here, c] + signed * direction[c]
-        evaluate(surface, field, grown[there : there + 1], scratch)
+        evaluate(grown[there : there + 1], scratch)
         copy_rows(basis, tangents[side])
         for c in range(D):
             grown[there, c] -= normal[c]
@@ -151,19 +149,7 @@ def newton_steps(
 
 
 @inlined
-def between_ends(s: Scratch) -> Scratch:
-    """The same memory for the states of a path but its first."""
-    per_state = s.nearest[1:], s.squares[1:], s.normals[1:], s.bases[1:], s.doubts[1:]
-    around = s.around[1:], s.around_squares, s.origins[1:], s.known[1:]
-    anchors = s.distances, s.starts, s.start_squares
-    own = s.offset, s.along, s.values, s.monomials, s.features
-    return Scratch(*per_state, *around, *anchors, s.weights[1:], *own)
-
-
-@inlined
 def relax(
-    surface: Surface,
-    field: Field,
     path: Array,
     tolerance: float,
     cap: float,
@@ -181,21 +167,24 @@ def relax(
     step a share `rate` is taken.
     """
     n, D = path.shape
-    d = field.weights.shape[0]
+    d = scratch.bases.shape[1]
     right, steps, before = np.empty((n, d, d + 1)), np.zeros((n, D)), np.zeros((n, D))
     stiffness, force = np.zeros((n, d, d)), np.zeros((n, d))
     path_changes, step_changes = np.zeros((MEMORY, n, D)), np.zeros((MEMORY, n, D))
-    inside, frames = between_ends(scratch), make_frames(surface, n - 2 if own else 0)
+    normals, tangents = np.zeros((n, D)), np.zeros((n, d, D))
+    surface = surface_at(scratch.model)
+    frames = make_frames(surface, n - 2 if own else 0)
     next_size, size, earlier, iteration, known = np.inf, np.inf, 0.0, 0, 0
     while iteration < limit and next_size >= tolerance:
-        evaluate(surface, field, path[1 : n - 1], inside)
+        evaluate(path[1 : n - 1], scratch)
         if own:
-            follow_surface(surface, path[1 : n - 1], iteration == 0, inside, frames)
-        scratch.normals[0] = 0.0  # the ends stay where they are
-        scratch.normals[n - 1] = 0.0
+            follow_surface(surface, path[1 : n - 1], iteration == 0, scratch, frames)
+        for i in range(1, n - 1):  # the ends stay where they are
+            copy(scratch.normals[i - 1], normals[i])
+            copy_rows(scratch.bases[i - 1], tangents[i])
         slot = known % MEMORY
         copy_rows(steps, path_changes[slot])
-        newton_steps(path, scratch.normals, scratch.bases, stiffness, force, right, steps)
+        newton_steps(path, normals, tangents, stiffness, force, right, steps)
         last, size = size, longest(steps)
         if iteration > 0:
             earlier, share = share, min(size / last, 1.0)
@@ -248,12 +237,11 @@ def solve_geodesic(
     states are relaxed with few of them first, which takes away most of the error at little cost. `t` is the table
     of the model (see `tabled`), whose inner coordinates these are.
     """
-    surface, field = surface_at(t), field_at(t)
-    scratch = make_scratch(surface, field, len(path))
+    scratch = make_scratch(t, len(path))
     grow = len(first) == 2
     if grow:
         grown = np.empty((GROWN, first.shape[1]))
-        first = grown[: grow_path(surface, field, first[0], first[1], step, grown, scratch)]
+        first = grown[: grow_path(first[0], first[1], step, grown, scratch)]
     if len(first) == 0:
         return 0, np.inf
     now = np.empty((COARSE, first.shape[1])) if grow and len(path) >= 3 * COARSE else path
@@ -261,7 +249,7 @@ def solve_geodesic(
     share = 1.0
     while True:
         enough = tolerance if len(now) == len(path) else max(tolerance, ROUGH)
-        iterations, moved, share = relax(surface, field, now, enough, cap, limit, share, own, rate, scratch)
+        iterations, moved, share = relax(now, enough, cap, limit, share, own, rate, scratch)
         if len(now) == len(path):
             return iterations, moved
         refine(now, path)

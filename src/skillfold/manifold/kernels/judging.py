@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import njit
+from skillfold.manifold.kernels.scratch import evaluate, find_nearest, make_scratch
 from skillfold.manifold.kernels.small import norm
-from skillfold.manifold.kernels.surface import evaluate, find_nearest, make_scratch
-from skillfold.manifold.kernels.tabled import SCALE, encode, field_at, surface_at
+from skillfold.manifold.kernels.tabled import SCALE, encode
 from skillfold.tables import Indices, vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -24,9 +24,8 @@ def displacements(t: Indices, states: Array, ghost: float) -> tuple:
     The first is the length of the displacement, which bounds the distance up to a square, provided that the anchors
     agree about it. What they disagree by counts as distance too, once it is more than `ghost`.
     """
-    surface, field, scale = surface_at(t), field_at(t), vector(t, SCALE)[0]
-    scratch = make_scratch(surface, field, len(states))
-    evaluate(surface, field, encode(t, states), scratch)
+    scale, scratch = vector(t, SCALE)[0], make_scratch(t, len(states))
+    evaluate(encode(t, states), scratch)
     off, nearest, doubts = np.empty(len(states)), np.empty(len(states)), scratch.doubts
     for i in range(len(states)):
         off[i], doubts[i] = scale * norm(scratch.normals[i]), scale * doubts[i]
@@ -39,7 +38,6 @@ def displacements(t: Indices, states: Array, ghost: float) -> tuple:
 @njit
 def nearest_distances(t: Indices, states: Array) -> Array:
     """Distances of states (B, D) from their nearest anchor; (B,)."""
-    surface = surface_at(t)
-    scratch = make_scratch(surface, field_at(t), len(states))
-    find_nearest(surface, encode(t, states), scratch)
+    scratch = make_scratch(t, len(states))
+    find_nearest(encode(t, states), scratch)
     return vector(t, SCALE)[0] * np.sqrt(scratch.squares[:, 0])

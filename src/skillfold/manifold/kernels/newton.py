@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import inlined, inner
-from skillfold.manifold.kernels.surface import Field, Flags, Scratch, Surface, evaluate
+from skillfold.manifold.kernels.scratch import Scratch, evaluate
+from skillfold.manifold.kernels.surface import Flags
 from skillfold.manifold.kernels.tangents import keep_tangential
+from skillfold.tables import Indices
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -19,8 +21,6 @@ BACK_STEPS = 20  # straight onto the surface, at the end
 
 @inner
 def descend(
-    surface: Surface,
-    field: Field,
     farthest: float,
     most_doubt: float,
     cap: float,
@@ -48,7 +48,7 @@ def descend(
     for _ in range(int(steps)):
         here = points[active[:left]]
         toward = states[active[:left]] - here
-        evaluate(surface, field, here, scratch)
+        evaluate(here, scratch)
         keep_tangential(scratch.bases, toward, scratch.along)
         going = 0
         for j in range(left):
@@ -97,7 +97,7 @@ def descend(
         left = going
         if left == 0:
             break
-    step_back(surface, field, points, tolerance, scratch, met)
+    step_back(points, tolerance, scratch, met)
     return met
 
 
@@ -111,7 +111,7 @@ def shortened(rate: float, most: float) -> float:
 
 
 @inlined
-def step_back(surface: Surface, field: Field, points: Array, tolerance: float, scratch: Scratch, met: Flags) -> None:
+def step_back(points: Array, tolerance: float, scratch: Scratch, met: Flags) -> None:
     """Straight from points (n, D; changed in place) to their feet, those left out that have `met` the surface."""
     active = np.flatnonzero(~met)
     left = len(active)
@@ -119,7 +119,7 @@ def step_back(surface: Surface, field: Field, points: Array, tolerance: float, s
         if left == 0:
             break
         here = points[active[:left]]
-        evaluate(surface, field, here, scratch)
+        evaluate(here, scratch)
         going = 0
         for j in range(left):
             i = active[j]
@@ -149,9 +149,9 @@ def carry(scratch: Scratch, i: int, j: int) -> None:
 
 
 @inlined
-def begin_at(surface: Surface, scratch: Scratch, i: int, anchor: int) -> None:
-    """State i begins at an anchor: those next to it are looked at first."""
+def begin_at(neighbours: Indices, scratch: Scratch, i: int, anchor: int) -> None:
+    """State i begins at an anchor: its neighbours (see `Surface`) are looked at first."""
     scratch.known[i] = 0.0
-    if surface.neighbours.shape[1]:
+    if neighbours.shape[1]:
         for k in range(scratch.around.shape[1]):
-            scratch.around[i, k] = surface.neighbours[anchor, k]
+            scratch.around[i, k] = neighbours[anchor, k]

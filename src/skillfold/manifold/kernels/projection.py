@@ -8,19 +8,11 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.neighbours import smallest
 from skillfold.manifold.kernels.newton import begin_at, carry, descend
+from skillfold.manifold.kernels.scratch import STARTS, Scratch, evaluate, make_scratch
 from skillfold.manifold.kernels.small import copy
-from skillfold.manifold.kernels.surface import (
-    STARTS,
-    Field,
-    Flags,
-    Indices,
-    Scratch,
-    Surface,
-    Trust,
-    evaluate,
-    make_scratch,
-)
-from skillfold.manifold.kernels.tabled import encode, field_at, moved, surface_at
+from skillfold.manifold.kernels.surface import Flags, Indices, Trust
+from skillfold.manifold.kernels.tabled import NEIGHBOURS, POINTS, RADII, ROWS, encode, moved
+from skillfold.tables import index_matrix, matrix, vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -55,17 +47,18 @@ def find_starts(
 
 
 @inlined
-def project_far(surface: Surface, field: Field, trust: Trust, states: Array, out: Array, scratch: Scratch) -> Flags:
+def project_far(trust: Trust, states: Array, out: Array, scratch: Scratch) -> Flags:
     """The closest trusted points to states (n, D) into `out`, and whether the surface was met (n,).
 
     From the nearest sure anchors of each, within what is trusted, and no farther than to the foot of the nearest.
     """
     n, D = states.shape
-    S = scratch.starts.size
+    S, t = scratch.starts.size, scratch.model
+    anchor_points, rows, neighbours = matrix(t, POINTS), matrix(t, ROWS), index_matrix(t, NEIGHBOURS)
     targets, points, anchors = np.empty((n * S, D)), np.empty((n * S, D)), np.empty(n * S, np.int64)
     for i in range(n):
         find_starts(
-            surface.points,
+            anchor_points,
             trust.spacing,
             trust.sure,
             states[i],
@@ -76,25 +69,25 @@ def project_far(surface: Surface, field: Field, trust: Trust, states: Array, out
         for s in range(S):
             anchors[i * S + s] = scratch.starts[s]
     for j in range(n * S):
-        begin_at(surface, scratch, j, anchors[j])
+        begin_at(neighbours, scratch, j, anchors[j])
         for c in range(D):
             targets[j, c] = states[j // S, c]
-            points[j, c] = surface.rows[anchors[j], c]
+            points[j, c] = rows[anchors[j], c]
     far, doubt, cap = trust.spacing, trust.doubt, trust.cap
     feet, best = points[::S].copy(), points[::S].copy()
-    rough = descend(surface, field, far, doubt, cap, targets, points, ROUGH, ROUGH_STEPS, scratch)
+    rough = descend(far, doubt, cap, targets, points, ROUGH, ROUGH_STEPS, scratch)
     for i in range(n):
         chosen, shortest = i * S, np.inf
         for j in range(i * S, (i + 1) * S):
             if rough[j] and gap(states[i], points[j]) < shortest:
                 chosen, shortest = j, gap(states[i], points[j])
                 copy(points[j], best[i])
-        begin_at(surface, scratch, i, anchors[chosen])
-    settled = descend(surface, field, far, doubt, cap, states, best, TOLERANCE, STEPS, scratch)
+        begin_at(neighbours, scratch, i, anchors[chosen])
+    settled = descend(far, doubt, cap, states, best, TOLERANCE, STEPS, scratch)
     for i in range(n):
-        begin_at(surface, scratch, i, anchors[i * S])
+        begin_at(neighbours, scratch, i, anchors[i * S])
         copy(feet[i], out[i])
-    met = descend(surface, field, far, doubt, cap, states, out, TOLERANCE, 0.0, scratch)
+    met = descend(far, doubt, cap, states, out, TOLERANCE, 0.0, scratch)
     for i in range(n):
         if settled[i] and (not met[i] or gap(states[i], best[i]) < gap(states[i], out[i])):
             copy(best[i], out[i])
@@ -105,17 +98,16 @@ def project_far(surface: Surface, field: Field, trust: Trust, states: Array, out
 
 
 @inlined
-def project_block(
-    surface: Surface, field: Field, trust: Trust, states: Array, out: Array, met: Flags, scratch: Scratch
-) -> None:
+def project_block(trust: Trust, states: Array, out: Array, met: Flags, scratch: Scratch) -> None:
     """The closest trusted points of the surface to states (n, D) into `out`, and whether one was met, into `met`.
 
     A state near the surface is projected from its foot, outside the demonstrations too. One far off could meet the
     surface anywhere, also where nothing was demonstrated: see `project_far`. So could one about which the anchors
     disagree, unless they speak of one sheet and it is next to that.
     """
-    evaluate(surface, field, states, scratch)
+    evaluate(states, scratch)
     n, D = states.shape
+    radii = vector(scratch.model, RADII)
     near, within = np.zeros(n, np.bool_), np.full(n, np.inf)
     for i in range(n):
         off = 0.0
@@ -128,7 +120,7 @@ def project_block(
         if not certain:
             within[i] = trust.ghost  # a foot farther off is not next to it
             certain = max(off, doubt) < trust.ghost
-        near[i] = certain and off < CLOSE * surface.radii[scratch.nearest[i, 0]] and not met[i]
+        near[i] = certain and off < CLOSE * radii[scratch.nearest[i, 0]] and not met[i]
         back = 0.0 if met[i] else min(1.0, trust.cap / off)
         for c in range(D):
             out[i, c] = states[i, c] - back * scratch.normals[i, c]
@@ -136,7 +128,7 @@ def project_block(
     for k in range(len(chosen)):
         carry(scratch, chosen[k], k)
     targets, points = states[chosen], out[chosen]
-    found = descend(surface, field, np.inf, np.inf, trust.cap, targets, points, TOLERANCE, STEPS, scratch)
+    found = descend(np.inf, np.inf, trust.cap, targets, points, TOLERANCE, STEPS, scratch)
     for k in range(len(chosen)):
         i, moved = chosen[k], 0.0
         for c in range(D):
@@ -147,7 +139,7 @@ def project_block(
     if len(chosen):
         targets = states[chosen]
         points = np.empty(targets.shape)
-        found = project_far(surface, field, trust, targets, points, scratch)
+        found = project_far(trust, targets, points, scratch)
         for k in range(len(chosen)):
             copy(points[k], out[chosen[k]])
             met[chosen[k]] = found[k]
@@ -162,24 +154,24 @@ def gap(a: Array, b: Array) -> float:
     return s
 
 
-@inner
-def project_states(surface: Surface, field: Field, trust: Trust, states: Array) -> tuple:
+@inlined
+def project_states(t: Indices, trust: Trust, states: Array) -> tuple:
     """Closest points to states (B, D), in blocks; returns points (B, D) and whether each met the surface (B,)."""
     B = len(states)
     points, met = np.empty(states.shape), np.empty(B, np.bool_)
-    scratch = make_scratch(surface, field, STARTS * min(B, BLOCK))
+    scratch = make_scratch(t, STARTS * min(B, BLOCK))
     for first in range(0, B, BLOCK):
         end = min(first + BLOCK, B)
-        project_block(surface, field, trust, states[first:end], points[first:end], met[first:end], scratch)
+        project_block(trust, states[first:end], points[first:end], met[first:end], scratch)
     return points, met
 
 
-@inner
-def project_near(surface: Surface, field: Field, trust: Trust, states: Array, near: Array) -> tuple:
+@inlined
+def project_near(t: Indices, trust: Trust, states: Array, near: Array) -> tuple:
     """Closest points to states (B, D) found by descent from near (B, D) alone; points and whether met (B,)."""
     points = near.copy()
-    scratch = make_scratch(surface, field, len(states))
-    met = descend(surface, field, np.inf, np.inf, trust.cap, states, points, TOLERANCE, STEPS, scratch)
+    scratch = make_scratch(t, len(states))
+    met = descend(np.inf, np.inf, trust.cap, states, points, TOLERANCE, STEPS, scratch)
     return points, met
 
 
@@ -187,7 +179,7 @@ def project_near(surface: Surface, field: Field, trust: Trust, states: Array, ne
 def bring_onto(t: Indices, trust: Trust, states: Array) -> tuple:
     """`project_states` for the model of a table and its own states (B, D); what is free stays."""
     inner = encode(t, states)
-    points, met = project_states(surface_at(t), field_at(t), trust, inner)
+    points, met = project_states(t, trust, inner)
     return moved(t, states, inner, points), met
 
 
@@ -195,5 +187,5 @@ def bring_onto(t: Indices, trust: Trust, states: Array) -> tuple:
 def bring_onto_near(t: Indices, trust: Trust, states: Array, near: Array) -> tuple:
     """`project_near` in the same way."""
     inner = encode(t, states)
-    points, met = project_near(surface_at(t), field_at(t), trust, inner, encode(t, near))
+    points, met = project_near(t, trust, inner, encode(t, near))
     return moved(t, states, inner, points), met

@@ -7,10 +7,11 @@ import numpy as np
 from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.detours import frame_path, free_rows
 from skillfold.manifold.kernels.projection import gap
+from skillfold.manifold.kernels.scratch import make_scratch
 from skillfold.manifold.kernels.small import keep_along, norm, square
-from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
 from skillfold.manifold.kernels.walking import Chart, to_slope, to_state
 from skillfold.planning.barrier import Barrier, within_at
+from skillfold.tables import Indices
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -20,8 +21,7 @@ EVENING = 0.25  # γ of the curvature step; above 0.5 it would overshoot
 
 @njit
 def relax_springs(
-    surface: Surface,
-    field: Field,
+    t: Indices,
     chart: Chart,
     barrier: Barrier,
     path: Array,
@@ -38,8 +38,9 @@ def relax_springs(
     iterations and the last step.
     """
     n, D = path.shape
-    kept, d = surface.points.shape[0], field.weights.shape[0] + D - surface.points.shape[0]
-    scratch, inner = make_scratch(surface, field, n), np.empty((n, kept))
+    scratch = make_scratch(t, n)
+    kept = scratch.normals.shape[1]
+    d, inner = scratch.bases.shape[1] + D - kept, np.empty((n, kept))
     normals, tangents, work = np.zeros((n, D)), np.zeros((n, d, D)), np.empty(d)
     distances, gradients = np.empty(capacity), np.zeros((capacity, D))
     moves, bends = np.zeros((n, D)), np.zeros((n, D))
@@ -50,7 +51,7 @@ def relax_springs(
         rest += np.sqrt(gap(path[i], path[i + 1])) / (n - 1)
     iteration, moved = 0, np.inf
     while iteration < limit and moved >= tolerance:
-        frame_path(surface, field, path, inner, normals, tangents, scratch)
+        frame_path(path, inner, normals, tangents, scratch)
         bend(path, bends, mean)
         moved = 0.0
         for i in range(1, n - 1):

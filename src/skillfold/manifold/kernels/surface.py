@@ -1,18 +1,11 @@
-"""The modelled surface and the tangent field at states: what every loop of this family is made of.
-
-`evaluate` takes a batch, in stages that loop over it: to hand a model's many arrays to a function counts references
-to each of them, which takes longer than the work at one state. Scratch memory is made once by whoever loops;
-nothing is allocated here.
-"""
+"""The modelled surface and the tangent field: what they consist of, and displacements from the surface."""
 
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from skillfold.jit import inlined, inner
-from skillfold.manifold.kernels.neighbours import nearest_anchors
-from skillfold.manifold.kernels.tangents import remove_tangential, tangent_bases
+from skillfold.jit import inlined
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -20,8 +13,6 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 BLENDED = 8  # anchors blended into one surface; the next one sets the width of the blend
 REACH = 1.5  # beyond this many radii a local polynomial goes on along its tangent
-AROUND = 16  # anchors that are known around a state: while it hardly moves, the nearest are among them
-STARTS = 4  # anchors from which a far state is projected, besides the state itself
 
 
 class Surface(NamedTuple):
@@ -81,122 +72,6 @@ class Trust(NamedTuple):
     cap: float
     sure: Flags
     ghost: float
-
-
-class Scratch(NamedTuple):
-    """What `evaluate` finds at n states, and memory that it works in.
-
-    Attributes:
-        nearest, squares: (n, m + 1) nearest anchors of each state, sorted, and their squared distances; m blended.
-        normals: (n, D) displacements from the surface.
-        bases: (n, d, D) orthonormal rows, H's tangents.
-        doubts: (n,) how far the blended anchors disagree.
-        around, around_squares, origins, known: (n, K), (1, K), (n, D) and (n,), see `nearest_anchors`.
-        distances: (M,), squared, from the last state whose anchors were looked for among all.
-        starts, start_squares: (s,) anchors from which a far state is projected.
-    """
-
-    nearest: Indices
-    squares: Array
-    normals: Array
-    bases: Array
-    doubts: Array
-    around: Indices
-    around_squares: Array
-    origins: Array
-    known: Array
-    distances: Array
-    starts: Indices
-    start_squares: Array
-    weights: Array
-    offset: Array
-    along: Array
-    values: Array
-    monomials: Array
-    features: Array
-
-
-@inner
-def make_scratch(surface: Surface, field: Field, n: int) -> Scratch:
-    """Room for evaluations at n states."""
-    D, M = surface.points.shape
-    d = field.weights.shape[0]
-    m = min(BLENDED, M - 1)
-    K = min(AROUND, M)
-    around = np.empty((n, K), np.int64)
-    for j in range(K):
-        around[:, j] = j
-    return Scratch(
-        np.empty((n, m + 1), np.int64),
-        np.empty((n, m + 1)),
-        np.zeros((n, D)),
-        np.zeros((n, d, D)),
-        np.zeros(n),
-        around,
-        np.empty((1, K)),
-        np.zeros((n, D)),
-        np.zeros(n),
-        np.empty(M),
-        np.zeros(min(STARTS, M), np.int64),
-        np.empty(min(STARTS, M)),
-        np.empty((n, m)),
-        np.empty(D),
-        np.empty(d),
-        np.empty(surface.parents.size),
-        np.zeros(surface.bends.shape[2]),
-        np.empty(field.centres.shape[1]),
-    )
-
-
-@inner
-def evaluate(surface: Surface, field: Field, states: Array, scratch: Scratch) -> None:
-    """Displacements from the modelled surface to states (n, D), and H's tangents there, into scratch.
-
-    The nearest anchors' surfaces are blended. Their normals differ a little: what of the blend lies along H's
-    tangents is taken off, else an iteration on it would creep along the surface.
-    """
-    s = scratch
-    n = len(states)  # scratch may have room for more
-    find_nearest(surface, states, s)
-    blend(s.squares[:n], s.weights)
-    displace(
-        surface.rows,
-        surface.tangents,
-        surface.bends,
-        surface.parents,
-        surface.factors,
-        surface.degrees,
-        states,
-        s.nearest,
-        s.weights,
-        s.offset,
-        s.along,
-        s.values,
-        s.monomials,
-        s.normals,
-        s.doubts,
-    )
-    tangent_bases(field.centres, field.precision, field.weights, states, s.features, s.bases)
-    remove_tangential(s.bases[:n], s.normals, s.along)
-
-
-@inlined
-def find_nearest(surface: Surface, states: Array, scratch: Scratch) -> None:
-    """The nearest anchors of states (n, D), sorted, into scratch.nearest and their squares into scratch.squares."""
-    nearest_anchors(
-        surface.points,
-        surface.rows,
-        surface.neighbours,
-        surface.reaches,
-        states,
-        scratch.distances,
-        scratch.nearest,
-        scratch.squares,
-        scratch.around,
-        scratch.around_squares,
-        scratch.origins,
-        scratch.known,
-    )
 
 
 @inlined

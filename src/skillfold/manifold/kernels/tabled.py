@@ -1,5 +1,7 @@
 """A model in a table (see `tables`): to hand over its arrays one by one takes as long as a query."""
 
+from typing import Any
+
 import numpy as np
 
 from skillfold.jit import inlined
@@ -8,14 +10,17 @@ from skillfold.tables import Array, Indices, Table, address, index_matrix, indic
 
 # Arrays of `Surface` and `Field`, those of three dimensions with the first two as one; and the way from states.
 POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
-CENTRES, WEIGHTS, PRECISION, CENTRE, KEPT, SCALE = range(10, 16)
-SLOTS = 16
+CENTRES, WEIGHTS, PRECISION, CENTRE, KEPT, SCALE, EVALUATOR = range(10, 17)
+SLOTS = 17
 
 
-def tabled(surface: Surface, field: Field, centre: Array, kept: Array, scale: float) -> Table:
-    """The table of a model; its states x have inner coordinates (x − centre) kept / scale."""
+def tabled(surface: Surface, field: Field, centre: Array, kept: Array, scale: float, evaluator: Any) -> Table:
+    """The table of a model; its states x have inner coordinates (x − centre) kept / scale.
+
+    `evaluator` is what evaluates it, compiled (see `scratch`); it must be kept as long as the table.
+    """
     rest = field.centres, field.weights, np.array([field.precision]), centre, kept, np.array([scale])
-    arrays = enumerate((*surface, *rest))
+    arrays = enumerate((*surface, *rest, np.array([evaluator.address])))
     return table_of({slot: a.reshape(-1, a.shape[2]) if a.ndim == 3 else a for slot, a in arrays}, SLOTS)
 
 

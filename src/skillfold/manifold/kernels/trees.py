@@ -6,8 +6,8 @@ import numpy as np
 
 from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.projection import gap
+from skillfold.manifold.kernels.scratch import make_scratch
 from skillfold.manifold.kernels.small import copy
-from skillfold.manifold.kernels.surface import Field, Surface, make_scratch
 from skillfold.manifold.kernels.walking import Chart, Support, edge_is_clear, walk
 from skillfold.planning.barrier import Barrier
 from skillfold.planning.tree import branch, nearest_node
@@ -21,8 +21,7 @@ LOCAL = 2.5  # steps: how far nodes look that were blocked before
 
 @njit
 def search(
-    surface: Surface,
-    field: Field,
+    t: Indices,
     support: Support,
     chart: Chart,
     barrier: Barrier,
@@ -41,16 +40,15 @@ def search(
     """
     used = 0
     if count == 0:
-        count, used = connect(surface, field, support, chart, barrier, ends, targets, step, margin, path)
+        count, used = connect(t, support, chart, barrier, ends, targets, step, margin, path)
     if count > 0:
-        count = shorten(surface, field, support, chart, barrier, path, count, picks, step, margin)
+        count = shorten(t, support, chart, barrier, path, count, picks, step, margin)
     return count, used
 
 
 @inlined
 def connect(
-    surface: Surface,
-    field: Field,
+    t: Indices,
     support: Support,
     chart: Chart,
     barrier: Barrier,
@@ -63,7 +61,8 @@ def connect(
     """A clear way on the surface from ends[0] to ends[1] (2, D) into `path` (limit, D).
 
     Args:
-        surface, field, support, chart, barrier: the manifold and what is in the way.
+        t: table of the model.
+        support, chart, barrier: where it is believed, and what is in the way.
         ends: start and goal, on the surface.
         targets: (T, D) states toward which trees grow, in turn.
         step: between nodes.
@@ -87,12 +86,12 @@ def connect(
         if stuck[side, near] and turn > 0:
             look_aside(states[side, near], targets[turn], targets[turn - 1], LOCAL * step, aside)
             target = aside
-        newest = extend(surface, field, support, chart, barrier, states, parents, counts, side, target, step, margin)
+        newest = extend(t, support, chart, barrier, states, parents, counts, side, target, step, margin)
         if newest < 0:
             stuck[side, near] = True
             continue
         tip, other = states[side, newest], 1 - side
-        last = extend(surface, field, support, chart, barrier, states, parents, counts, other, tip, step, margin)
+        last = extend(t, support, chart, barrier, states, parents, counts, other, tip, step, margin)
         if last < 0:
             last = nearest_node(states[other], counts[other], tip)
         if gap(states[other, last], tip) > step * step * (1.0 + 1e-9):
@@ -156,8 +155,7 @@ def look_aside(node: Array, one: Array, other: Array, far: float, out: Array) ->
 
 @inner
 def extend(
-    surface: Surface,
-    field: Field,
+    t: Indices,
     support: Support,
     chart: Chart,
     barrier: Barrier,
@@ -171,10 +169,10 @@ def extend(
 ) -> int:
     """Grow one tree from its node nearest to the target as far as the way is clear; the last new node, or -1."""
     count = counts[side]
-    scratch = make_scratch(surface, field, 1)
+    scratch = make_scratch(t, 1)
     near = nearest_node(states[side], count, target)
     free = states[side, count:]
-    added, _ = walk(surface, field, support, chart, barrier, states[side, near], target, step, margin, free, scratch)
+    added, _ = walk(support, chart, barrier, states[side, near], target, step, margin, free, scratch)
     for i in range(added):
         parents[side, count + i] = near if i == 0 else count + i - 1
     counts[side] = count + added
@@ -196,8 +194,7 @@ def joined(states: Array, parents: Indices, left: int, right: int, path: Array) 
 
 @inlined
 def shorten(
-    surface: Surface,
-    field: Field,
+    t: Indices,
     support: Support,
     chart: Chart,
     barrier: Barrier,
@@ -213,7 +210,7 @@ def shorten(
     them is clear and shorter, it takes the place of what lies between.
     """
     D = path.shape[1]
-    scratch, work, found = make_scratch(surface, field, 1), np.empty((2, D)), np.empty(path.shape)
+    scratch, work, found = make_scratch(t, 1), np.empty((2, D)), np.empty(path.shape)
     for r in range(len(picks)):
         i, j = int(picks[r, 0] * count), int(picks[r, 1] * count)
         i, j = min(i, j), max(i, j)
@@ -221,7 +218,7 @@ def shorten(
             continue
         # A walk has no more states than what it replaces, or it is no shortcut.
         room = found[: j - i - 1]
-        more, arrived = walk(surface, field, support, chart, barrier, path[i], path[j], step, margin, room, scratch)
+        more, arrived = walk(support, chart, barrier, path[i], path[j], step, margin, room, scratch)
         last = path[i] if more == 0 else found[more - 1]
         shorter = way(found[:more], path[i], path[j]) < 0.999 * way(path[i + 1 : j], path[i], path[j])
         clear = arrived and shorter and edge_is_clear(chart, barrier, last, path[j], margin, work)

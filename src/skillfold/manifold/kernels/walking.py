@@ -9,8 +9,8 @@ import numpy as np
 
 from skillfold.jit import inner
 from skillfold.manifold.kernels.projection import gap
+from skillfold.manifold.kernels.scratch import Scratch, evaluate
 from skillfold.manifold.kernels.small import copy, keep_along, norm
-from skillfold.manifold.kernels.surface import Field, Scratch, Surface, evaluate
 from skillfold.planning.barrier import Barrier, clearance_at, edge_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -73,7 +73,7 @@ def in_limits(chart: Chart, state: Array) -> bool:
 
 
 @inner
-def settle(surface: Surface, field: Field, support: Support, z: Array, row: Array, scratch: Scratch) -> bool:
+def settle(support: Support, z: Array, row: Array, scratch: Scratch) -> bool:
     """Bring z (D,) straight onto the surface; whether it got there, where that is believed.
 
     The tangents there are left in `scratch.bases[0]`. `row` is (1, D - f) scratch.
@@ -83,7 +83,7 @@ def settle(surface: Surface, field: Field, support: Support, z: Array, row: Arra
         inner[k] = z[k]
     off = 1.0
     for _ in range(SETTLE_STEPS):
-        evaluate(surface, field, row, scratch)
+        evaluate(row, scratch)
         normal = scratch.normals[0]
         off = norm(normal)
         for k in range(inner.size):
@@ -117,8 +117,6 @@ def seems_clear(chart: Chart, barrier: Barrier, a: Array, b: Array, margin: floa
 
 @inner
 def walk(
-    surface: Surface,
-    field: Field,
     support: Support,
     chart: Chart,
     barrier: Barrier,
@@ -135,10 +133,10 @@ def walk(
     states were written to `out` (…, D), the start not among them, and whether the target is then no farther than a
     step.
     """
-    D, inner = start.size, surface.points.shape[0]
+    D, inner = start.size, scratch.normals.shape[1]
     here, direction = start.copy(), np.empty(D)
     row, work, within = np.empty((1, inner)), np.empty((2, D)), scratch.along
-    if not settle(surface, field, support, here, row, scratch):
+    if not settle(support, here, row, scratch):
         return 0, False
     copy(start, here)
     count = 0
@@ -155,7 +153,7 @@ def walk(
         there = out[count]
         for c in range(D):
             there[c] = here[c] + step / length * direction[c]
-        if not settle(surface, field, support, there, row, scratch):
+        if not settle(support, there, row, scratch):
             return count, False
         before, left = left, np.sqrt(gap(there, target))
         if left > before - FLAT * step or not seems_clear(chart, barrier, here, there, margin, work):
