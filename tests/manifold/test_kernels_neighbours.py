@@ -59,6 +59,24 @@ def test_nearest_anchors_of_states_that_move(model):
         np.testing.assert_array_equal(answers[0][0], [twins.nearest(s.points, x)[0] for x in states])
 
 
+def test_apart():
+    a, b = np.random.default_rng(0).normal(size=(2, 4, 3))
+    assert neighbours.apart(a, 1, b, 2) == pytest.approx(np.linalg.norm(a[1] - b[2]), rel=1e-14)
+
+
+@pytest.mark.parametrize("step", [1e-3, 0.02, 0.3])
+def test_nearest_anchors_of_states_in_a_row(model, step):
+    """What is known of one serves the next where that is close by, and never hides a nearer anchor."""
+    s, K, m = model.surface, min(16, len(model.surface.rows)), min(9, len(model.surface.rows))
+    states = model.states(1, 0.1) + step * np.arange(40)[:, None] * model.rng.normal(size=(1, len(s.points)))
+    kept, distances = known(40, states.shape[1], np.arange(K)), np.empty(len(s.rows))
+    nearest, squares = np.empty((40, m), np.int64), np.empty((40, m))
+    neighbours.nearest_anchors(s.points, s.rows, s.neighbours, s.reaches, states, distances, nearest, squares, *kept)
+    np.testing.assert_array_equal(nearest, [twins.nearest(s.points, x)[0] for x in states])
+    searches = len(np.unique(kept[2], axis=0))
+    assert searches == 1 if len(s.rows) == K else searches < 40 or step > 0.1
+
+
 @pytest.mark.parametrize(("count", "wanted"), [(20, 1), (20, 5), (5, 5), (1, 1)])
 def test_smallest(count, wanted):
     values = np.random.default_rng(count).normal(size=count)

@@ -33,14 +33,20 @@ def nearest_anchors(
 
     Looked for among those `around` (n, K) that were nearest when a search was last made: from its `origins` (n, D)
     no other is nearer than `known` (n,). By the triangle inequality none can be missing where the farthest found and
-    the way from there together stay within that; in an iteration states hardly move. Else a search is made.
+    the way from there together stay within that; in an iteration states hardly move, and on a path they lie close to
+    the one before. Else a search is made.
     """
     last = nearest.shape[1] - 1
     for i in range(len(states)):
-        moved = 0.0
-        for c in range(states.shape[1]):
-            moved += (states[i, c] - origins[i, c]) ** 2
-        moved = math.sqrt(moved)
+        moved = apart(states, i, origins, i)
+        if i > 0 and not moved < LIKELY * known[i]:
+            beside = apart(states, i, origins, i - 1)
+            if beside < LIKELY * known[i - 1]:
+                moved, known[i] = beside, known[i - 1]
+                for c in range(states.shape[1]):
+                    origins[i, c] = origins[i - 1, c]
+                for k in range(around.shape[1]):
+                    around[i, k] = around[i - 1, k]
         for attempt in range(2):
             if attempt == 1 or not moved < LIKELY * known[i]:
                 known[i] = search(
@@ -52,6 +58,15 @@ def nearest_anchors(
             among(rows, around, i, states, i, nearest, squares, i)
             if math.sqrt(squares[i, last]) + moved <= known[i]:
                 break
+
+
+@inner
+def apart(a: Array, i: int, b: Array, j: int) -> float:
+    """Distance between row i of a and row j of b."""
+    s = 0.0
+    for c in range(a.shape[1]):
+        s += (a[i, c] - b[j, c]) ** 2
+    return math.sqrt(s)
 
 
 @inlined
