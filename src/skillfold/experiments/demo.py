@@ -19,13 +19,14 @@ import numpy as np
 
 from skillfold import ahead
 from skillfold.errors import MissingExtraError
-from skillfold.experiments import tray_ahead, tray_demo
+from skillfold.experiments import demo_ahead, tray_demo
 from skillfold.experiments.leave_one_out import resample
 from skillfold.experiments.loaders import RecordedTask, lasa
 from skillfold.experiments.reaching import grid, inside_grid, path_rmse
 from skillfold.experiments.rows import Progress, Settings
 from skillfold.experiments.three_link import REACHING, optimal
 from skillfold.experiments.tray_demo import Carrying
+from skillfold.manifold.geodesic import geodesic
 from skillfold.motion import Array, Plan
 
 SHAPES = ("Sshape", "GShape", "Zshape", "Multi_Models_3")
@@ -205,25 +206,26 @@ def _compiled(progress: Progress) -> Iterator[None]:
 
     What the tray needs is compiled beside what is done here.
     """
-    with ahead.running("skillfold.manifold.ahead"):
+    with ahead.running("skillfold.experiments.demo_ahead"):
         progress("compiling (once on each machine): learning", 0.0)
         poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
         reaching, _ = _learn(poses, dim=2, kernels=5)
+        progress("compiling (once on each machine): planning", 0.2)
+        geodesic(reaching.model, reaching.model.encode(poses[:2]), len(poses))
     with TemporaryDirectory() as folder:
         file = Path(folder) / "reaching.npz"
         reaching.save(file)
-        with ahead.running("skillfold.experiments.tray_ahead", str(file)):
-            _compile_plans(reaching, poses, progress)
+        with ahead.running("skillfold.experiments.demo_ahead", str(file)):
+            _compile_queries(reaching, poses, progress)
             yield
             progress("compiling (once on each machine): the tray", 0.8)
-            tray_ahead.carried(reaching)
-    tray_ahead.ways(reaching)  # compiled by now, or there is one core
+            demo_ahead.carried(reaching)
+    demo_ahead.ways(reaching)  # compiled by now, or there is one core
 
 
-def _compile_plans(reaching: Any, poses: Array, progress: Progress) -> None:
-    progress("compiling (once on each machine): planning", 0.2)
-    reaching.plan(poses[0], poses[1])
+def _compile_queries(reaching: Any, poses: Array, progress: Progress) -> None:
     progress("compiling (once on each machine): projecting", 0.35)
+    reaching.plan(poses[0], poses[1])
     reaching.project(reaching.sample(4))
     reaching.inside(poses)
     wave = np.linspace(0.0, 3.0, 40)

@@ -1,6 +1,7 @@
-"""`python -m skillfold.experiments.tray_ahead FILE` compiles how the demo's tray finds its way, beside the demo.
+"""`python -m skillfold.experiments.demo_ahead` compiles what the demo needs of what no skill has to be learnt for.
 
-Compiled loops do not know how many joints there are, so the skill in the file may be one of the three-link arm.
+With a saved skill as its argument it compiles how the tray finds its way. Compiled loops do not know how many joints
+there are, so that skill may be one of the three-link arm.
 """
 
 import sys
@@ -10,12 +11,19 @@ from skillfold.control.reactive import ReactiveController
 from skillfold.control.simulate import simulate
 from skillfold.control.tracking import JointTracker
 from skillfold.experiments.tumbler_runs import NAIVE
+from skillfold.manifold.ahead import project_onto_a_line
 from skillfold.manifold.sampled import sampled_path
 from skillfold.manifold.terrain import Terrain
 from skillfold.robots.robot import Robot
 from skillfold.robots.shapes import Box
 
 BRIEF = 0.01  # seconds that are simulated
+
+
+def unlearnt() -> None:
+    """Projection, and distances from obstacles."""
+    project_onto_a_line()
+    _surroundings()[1].compiled()
 
 
 def ways(skill: Any) -> None:
@@ -47,4 +55,7 @@ def _surroundings() -> tuple[Robot, Any]:
 if __name__ == "__main__":
     from skillfold.manifold.skill import SkillManifold
 
-    ways(SkillManifold.load(sys.argv[1]))
+    if len(sys.argv) > 1:
+        ways(SkillManifold.load(sys.argv[1]))
+    else:
+        unlearnt()
