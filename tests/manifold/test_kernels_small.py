@@ -2,6 +2,7 @@
 
 from importlib import import_module
 from pathlib import Path
+from re import search
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ MODULES = [
     "neighbours",
     "tangents",
     "surface",
+    "scratch",
     "newton",
     "projection",
     "leaf",
@@ -44,7 +46,7 @@ def test_every_kernel_is_tested(name):
     }
     text = (Path(__file__).parent / f"test_kernels_{name}.py").read_text(encoding="utf-8")
     assert kernels
-    assert {kernel for kernel in kernels if f"{name}.{kernel}(" not in text} == set()
+    assert {kernel for kernel in kernels if not search(rf"\b{name}(_memory)?\.{kernel}\(", text)} == set()
 
 
 def test_norm(rows_and_rng):
@@ -72,10 +74,27 @@ def test_clear(rows_and_rng):
     rows, rng = rows_and_rng
     basis = np.vstack([rows, rng.normal(size=rows.shape[1])])
     last = basis[-1].copy()
-    left = small.clear(basis, len(rows), small.square(last))
+    left = small.clear(basis, len(rows))
     expected = last - rows.T @ rows @ last
     np.testing.assert_allclose(basis[-1], expected, atol=1e-13)
     assert left == pytest.approx((expected**2).sum(), abs=1e-13)
+
+
+@pytest.mark.parametrize("share", [1.0, 1e-6, 0.0])
+def test_mend(rows_and_rng, share):
+    """A row that is nearly along those before is kept, one that vanishes is an axis; both across those before."""
+    rows, rng = rows_and_rng
+    across = rng.normal(size=rows.shape[1])
+    across -= rows.T @ rows @ across
+    if len(rows) == rows.shape[1]:
+        rows, across = rows[:-1], rows[-1]
+    basis = np.vstack([rows, share * across])
+    left, kept = small.mend(basis, len(rows), 1.0)
+    assert kept == (share > 0.0)
+    assert left == pytest.approx((basis[-1] ** 2).sum(), rel=1e-9)
+    np.testing.assert_allclose(rows @ basis[-1], 0.0, atol=1e-14)
+    if kept:
+        np.testing.assert_allclose(basis[-1], share * across, atol=1e-14)
 
 
 def test_keep_along(rows_and_rng):

@@ -10,6 +10,9 @@ from skillfold.jit import inner
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
+NOTHING = 1e-300  # squared length
+
+
 @inner
 def copy(source: Array, out: Array) -> None:
     """Copy a vector; for an assignment of arrays Numba compiles a second's worth of error messages."""
@@ -46,23 +49,54 @@ def keep_along(basis: Array, vector: Array, work: Array) -> None:
 @inner
 def orthonormalise(basis: Array) -> bool:
     """Gram-Schmidt on the rows; one that vanishes becomes the next free axis, and the answer False."""
-    d, D = basis.shape
     full_rank = True
-    axis = 0
-    for a in range(d):
-        before = square(basis[a])
-        after = clear(basis, a, before)
-        while axis < D and not (after > 1e-20 * before and after > 1e-300):
-            full_rank = False
-            basis[a] = 0.0
-            basis[a, axis] = 1.0
-            axis += 1
-            before = 1.0
-            after = clear(basis, a, before)
+    for a in range(basis.shape[0]):
+        before = 0.0
+        for c in range(basis.shape[1]):
+            before += basis[a, c] ** 2
+        after = before
+        for b in range(a):
+            s = 0.0
+            for c in range(basis.shape[1]):
+                s += basis[a, c] * basis[b, c]
+            for c in range(basis.shape[1]):
+                basis[a, c] -= s * basis[b, c]
+            after -= s * s
+        # Where little is left, rounding has spoilt it.
+        if not (after > 0.25 * before and after > NOTHING):
+            after, kept = mend(basis, a, before)
+            full_rank = full_rank and kept
         scale = 1.0 / math.sqrt(after)
-        for c in range(D):
+        for c in range(basis.shape[1]):
             basis[a, c] *= scale
     return full_rank
+
+
+@inner
+def mend(basis: Array, a: int, before: float) -> tuple:
+    """Clear row a once more, of squared length `before` at first, or make it an axis where it vanishes.
+
+    Returns the squared length it is left with, and whether it was kept.
+    """
+    after, axis, kept = clear(basis, a), 0, True
+    while axis < basis.shape[1] and not (after > 1e-20 * before and after > NOTHING):
+        for c in range(basis.shape[1]):
+            basis[a, c] = 1.0 if c == axis else 0.0
+        clear(basis, a)
+        after, axis, before, kept = clear(basis, a), axis + 1, 1.0, False  # twice is enough
+    return after, kept
+
+
+@inner
+def clear(basis: Array, a: int) -> float:
+    """Take off row a what lies along the rows before it; the squared length it is left with."""
+    for b in range(a):
+        s = 0.0
+        for c in range(basis.shape[1]):
+            s += basis[a, c] * basis[b, c]
+        for c in range(basis.shape[1]):
+            basis[a, c] -= s * basis[b, c]
+    return square(basis[a])
 
 
 @inner
@@ -72,27 +106,6 @@ def square(vector: Array) -> float:
     for c in range(vector.size):
         s += vector[c] ** 2
     return s
-
-
-@inner
-def clear(basis: Array, a: int, before: float) -> float:
-    """Take off row a what lies along the rows before it; the squared length it is left with.
-
-    Where little is left, rounding has spoilt it: then once more, and twice is enough.
-    """
-    after = before
-    for _ in range(2):
-        last = after
-        for b in range(a):
-            s = 0.0
-            for c in range(basis.shape[1]):
-                s += basis[a, c] * basis[b, c]
-            for c in range(basis.shape[1]):
-                basis[a, c] -= s * basis[b, c]
-        after = square(basis[a])
-        if after > 0.25 * last:
-            break
-    return after
 
 
 @inner
