@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from skillfold.errors import InputError
 from skillfold.experiments import pick_place, pick_place_poses, pick_place_rows
@@ -181,8 +182,40 @@ def test_recordings_of_ones_own_are_taken_where_they_are(tmp_path):
     assert np.allclose(first.goal, 0.0)
 
 
+def test_orientations_belong_to_their_places(tmp_path):
+    """A tool that turns in the first half of its way only is read as it turned."""
+    (tmp_path / "robotasks").mkdir()
+    share = np.linspace(0.0, 1.0, 300) ** 2
+    angle = np.minimum(2.0 * share, 1.0)
+    turns = np.column_stack([np.cos(angle / 2), np.sin(angle / 2), 0 * share, 0 * share])
+    places = 100.0 * np.column_stack([share, 0 * share, 0 * share])
+    np.save(tmp_path / "robotasks" / "bottle2shelf.npy", np.tile(np.hstack([places, turns]), (DEMOS, 1, 1)))
+    motions = recorded(tmp_path)[0]
+    assert np.allclose(motions.recordings[0][:, 0], np.linspace(-1.0, 0.0, POINTS))
+    wanted = np.minimum(np.linspace(0.0, 2.0, POINTS), 1.0)
+    assert np.allclose(2.0 * np.arccos(motions.orientations[0][:, 0]), wanted, atol=0.02)
+
+
+def test_an_even_turn_has_no_shape(motions):
+    """Whoever begins and ends otherwise, and turns evenly between, is as like a recording as its even turn."""
+
+    def pose(turns):
+        return np.hstack([motions.recordings[0], turns.as_quat(scalar_first=True)])
+
+    way = np.linalg.norm(np.diff(motions.recordings[0], axis=0), axis=1)
+    share = np.concatenate([[0.0], np.cumsum(way)])[:, None] / way.sum()
+    even = Rotation.from_rotvec(share * [1.0, 0.0, 0.0])
+    assert pick_place_poses.turn_distance(pose(even), [pose(even)]) < 1e-9
+    bent = Rotation.from_rotvec(0.3 * np.sin(np.pi * share) * [0.0, 0.0, 1.0]) * even
+    size = 0.3 * np.sqrt((np.sin(np.pi * np.linspace(0.0, 1.0, POINTS)) ** 2).mean())
+    assert pick_place_poses.turn_distance(pose(bent), [pose(even)]) == pytest.approx(size, rel=0.02)
+    assert pick_place_poses.turn_distance(pose(even * Rotation.from_rotvec([0.0, 0.4, 0.0])), [pose(even)]) < 1e-9
+
+
 def test_poses_are_reached_with_their_orientations(motions):
-    reached, shape, turned = pick_place_poses.pose_rows([motions, replace(motions, orientations=())], Settings(0))
-    assert reached.met and shape.measured < 0.3 and turned.measured < 0.4
+    rows = pick_place_poses.pose_rows([motions, replace(motions, orientations=())], Settings(0))
+    assert len(rows) == 6 and rows[0].met and rows[-1].target is None
+    shape, turn, unseen, unseen_turn, off = (row.measured for row in rows[1:])
+    assert shape < 0.3 and turn < 0.1 and unseen < 0.3 and unseen_turn < 0.1 and off < 0.4
     quarter = np.array([[np.cos(np.pi / 4), np.sin(np.pi / 4), 0.0, 0.0]])
     assert np.allclose(pick_place_poses.angles(quarter, np.array([[-1.0, 0.0, 0.0, 0.0]])), np.pi / 2)

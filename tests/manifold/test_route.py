@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from skillfold.errors import InputError, SkillFileError
-from skillfold.manifold.route import Route, RouteAnswer, at_phases, by_arc_length, node_rows
+from skillfold.manifold.route import Route, RouteAnswer, node_rows
 from skillfold.manifold.route_location import ISOTROPIC, between_columns, in_order, misfit, surprise
 from skillfold.manifold.route_models import (
     CORRECTED_MEAN,
@@ -23,6 +23,7 @@ from skillfold.manifold.route_models import (
     predict,
     weigh,
 )
+from skillfold.manifold.route_phases import at_phases, by_arc_length
 from skillfold.motion import Array
 
 PHASE = np.linspace(0.0, 1.0, 400)[:, None]
@@ -522,7 +523,7 @@ def test_corrected_mean_is_the_plainest_model() -> None:
     recordings = spirals(6)
     route = replace(fitted(recordings), model=CORRECTED_MEAN)
     start, goal = spirals(1, seed=4)[0][[0, -1]]
-    curves = np.stack([by_arc_length(r, 101) for r in recordings])
+    curves = route.curves * route.scale + route.centre
     states, _ = predict(CORRECTED_MEAN, curves, np.array([0, 100]), np.stack([start, goal]))
     mean, phase = curves.mean(axis=0), np.linspace(0, 1, 101)[:, None]
     plain = mean + (1 - phase) * (start - mean[0]) + phase * (goal - mean[-1])

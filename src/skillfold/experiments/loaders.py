@@ -44,7 +44,7 @@ def lasa(multi_mode: bool, points: int = POINTS) -> list[RecordedTask]:
 
 def robot_tasks(data: Path, orientations: bool, points: int = POINTS) -> list[RecordedTask]:
     """Four kinesthetic tasks of a 7-joint arm from `data/robotasks`: positions in metres, or orientations."""
-    return [_robot_task(data / "robotasks" / f"{name}.npy", orientations, points) for name in ROBOT_TASKS]
+    return [_robot_task(data, name, orientations, points) for name in ROBOT_TASKS]
 
 
 def same_sign(recordings: Array) -> Array:
@@ -57,16 +57,22 @@ def same_sign(recordings: Array) -> Array:
     return consistent * np.where(across < 0, -1.0, 1.0)[:, None, None]
 
 
-def _robot_task(file: Path, orientations: bool, points: int) -> RecordedTask:
+def robot_poses(data: Path, name: str) -> Array:
+    """Poses (n_demos, n_steps, 7) of one of the tasks as they were recorded: metres, quaternions of same sign."""
+    file = data / "robotasks" / f"{name}.npy"
     if not file.is_file():
         raise InputError(f"{file}: no such file; the data folder must hold robotasks/ with {', '.join(ROBOT_TASKS)}.")
     poses = np.load(file, allow_pickle=False)
     if poses.ndim != 3 or poses.shape[2] != 7:
         raise InputError(f"{file}: expected (n_demos, n_steps, 7) poses, got shape {poses.shape}.")
     # Positions are recorded in centimetres.
-    states = same_sign(poses[:, :, 3:]) if orientations else poses[:, :, :3] / 100.0
+    return np.concatenate([poses[:, :, :3] / 100.0, same_sign(poses[:, :, 3:])], axis=2)
+
+
+def _robot_task(data: Path, name: str, orientations: bool, points: int) -> RecordedTask:
+    states = robot_poses(data, name)[:, :, 3:] if orientations else robot_poses(data, name)[:, :, :3]
     recordings = tuple(resample(recording, points, unit=orientations) for recording in states)
-    return RecordedTask(file.stem, recordings, quaternions=orientations)
+    return RecordedTask(name, recordings, quaternions=orientations)
 
 
 def _lasa_recordings(file: Path, points: int) -> tuple[Array, ...]:

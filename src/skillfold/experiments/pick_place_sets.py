@@ -14,7 +14,7 @@ import numpy as np
 
 from skillfold.errors import InputError, MissingExtraError
 from skillfold.experiments.leave_one_out import resample
-from skillfold.experiments.loaders import lasa, robot_tasks, same_sign
+from skillfold.experiments.loaders import lasa, robot_poses, same_sign
 from skillfold.motion import Array
 
 START = np.array([1.8, 1.8, -1.1])
@@ -98,18 +98,16 @@ def own(data: Path | None) -> MotionSet | None:
             f"{data / OWN}: expected {FEWEST} recordings or more of 2 or 3 coordinates, or 7 (x, y, z and a unit "
             f"quaternion, scalar first); found {len(states)} of {dims}."
         )
-    at = 3 if dims == POSES else dims
-    turns = [resample(recording[:, 3:], POINTS, unit=True) for recording in states] if dims == POSES else []
-    places = tuple(resample(recording[:, :at], POINTS) for recording in states)
-    return MotionSet("own recordings", _to_origin(places), tuple(same_sign(np.array(turns))) if turns else ())
+    if dims == POSES:
+        return _of_poses("own recordings", states)
+    return MotionSet("own recordings", _to_origin(tuple(resample(recording, POINTS) for recording in states)))
 
 
 def recorded(data: Path | None, shapes: tuple[str, ...] = SHAPES) -> list[MotionSet]:
     """Handwriting where it is installed, and five recordings of a bottle put on a shelf where the folder has them."""
     sets = [MotionSet(task.name, task.recordings[:DEMOS]) for task in _handwriting() if task.name in shapes]
     if data is not None and (data / "robotasks" / "bottle2shelf.npy").is_file():
-        places, turns = (robot_tasks(data, orientations)[0].recordings[:DEMOS] for orientations in (False, True))
-        sets.insert(0, MotionSet("bottle2shelf", _to_origin(places), turns))
+        sets.insert(0, _of_poses("bottle2shelf", list(robot_poses(data, "bottle2shelf")[:DEMOS])))
     return sets
 
 
@@ -138,10 +136,26 @@ def shape_distance(path: Array, recording: Array, recordings: tuple[Array, ...])
     return float(np.sqrt(gap / (shapes**2).sum(2).mean()))
 
 
+def turns_along(path: Array) -> Array:
+    """Unit quaternions (POINTS, 4) of poses (n, 7) at even lengths of the places' way."""
+    steps = np.linalg.norm(np.diff(path[:, :3], axis=0), axis=1)
+    share = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
+    wanted = np.linspace(0.0, 1.0, POINTS)
+    found = np.column_stack([np.interp(wanted, share, column) for column in path[:, 3:].T])
+    return found / np.linalg.norm(found, axis=1, keepdims=True)
+
+
 def _shape(path: Array) -> Array:
     states = resample(path, POINTS)
     share = np.linspace(0.0, 1.0, POINTS)[:, None]
     return states - (1.0 - share) * states[0] - share * states[-1]
+
+
+def _of_poses(name: str, recordings: list[Array]) -> MotionSet:
+    """A set of recorded poses (n, 7) each: orientations belong to the places that they were recorded at."""
+    places = tuple(resample(recording[:, :3], POINTS) for recording in recordings)
+    turns = same_sign(np.array([turns_along(recording) for recording in recordings]))
+    return MotionSet(name, _to_origin(places), tuple(turns))
 
 
 def _to_origin(recordings: tuple[Array, ...]) -> tuple[Array, ...]:

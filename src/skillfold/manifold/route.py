@@ -2,8 +2,9 @@
 
 This goes beyond paper 000, which plans shortest paths on the manifold: people who show a motion take no
 shortest path, and how they go depends on where they start and end. So the route is interpolated between
-whole demonstrations, each counting for more the more alike its own ends are (`route_models`). Ends that lie
-part-way are first located on the demonstrations, which are then cut there (`route_location`).
+whole demonstrations at phases where they are alike (`route_phases`), each counting for more the more alike its own
+ends are (`route_models`). Ends that lie part-way are first located on the demonstrations, which are then cut there
+(`route_location`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +15,8 @@ import numpy as np
 
 from skillfold.errors import InputError, SkillFileError
 from skillfold.manifold.route_location import Location, locate, locate_between, squared_spread
-from skillfold.manifold.route_models import IntArray, RouteModel, choose, for_whole, predict
+from skillfold.manifold.route_models import ALIKE, IntArray, RouteModel, choose, for_whole, predict
+from skillfold.manifold.route_phases import at_phases, by_arc_length, registered
 from skillfold.motion import Array
 
 FEWEST_PHASES = 9
@@ -48,7 +50,7 @@ class Route:
     """Demonstrations read at common phases, and what was learnt from them.
 
     Attributes:
-        curves: (n, n_phases, D), demonstrations equally spaced in arc length, centred, of unit rms radius.
+        curves: (n, n_phases, D), demonstrations read at common phases, centred, of unit rms radius.
         centre: (D,), in state units.
         scale: rms distance of the states from the centre, in state units.
         squared_spread: (n_phases,), between neighbouring curves.
@@ -83,7 +85,9 @@ class Route:
         if scale <= 1e-14 * np.abs(centre).max():
             raw, scale = np.zeros_like(raw), 1.0
         curves = raw / scale
-        return Route(curves, centre, scale, squared_spread(curves), choose(curves))
+        model = choose(curves)
+        curves = registered(curves) if model in ALIKE else curves
+        return Route(curves, centre, scale, squared_spread(curves), model)
 
     def between(self, start: Array, goal: Array, points: int = 50, via: Array | None = None) -> RouteAnswer:
         """The route from `start` to `goal`.
@@ -184,30 +188,3 @@ def node_rows(phases: Array, points: int) -> IntArray:
     order = np.arange(len(phases))
     rows = np.maximum.accumulate(np.rint(even).astype(np.intp) - order) + order
     return np.minimum(rows, points - len(phases) + order)
-
-
-def by_arc_length(states: Array, n_phases: int) -> Array:
-    """(n_steps, D) to (n_phases, D), equally spaced in arc length.
-
-    The length is measured over chords of a phase or so: over every step, the noise of a robot at rest would
-    look like a long way.
-    """
-    n_steps = len(states)
-    knots = np.unique(np.linspace(0, n_steps - 1, min(n_steps, n_phases)).astype(np.intp))
-    chords = np.linalg.norm(np.diff(states[knots], axis=0), axis=1)
-    moving = np.concatenate([[True], chords > 0.0])
-    if not moving[1:].any():
-        return np.repeat(states[:1], n_phases, axis=0)
-    travelled = np.concatenate([[0.0], np.cumsum(chords)])
-    wanted = np.linspace(0.0, travelled[-1], n_phases)
-    step = np.interp(wanted, travelled[moving], knots[moving])
-    return np.stack([np.interp(step, np.arange(n_steps), column) for column in states.T], axis=1)
-
-
-def at_phases(curves: Array, phases: Array) -> Array:
-    """Curves (n, n_phases, D) read at phases (n, points) in [0, 1], each at its own: (n, points, D)."""
-    position = phases * (curves.shape[1] - 1)
-    below = np.minimum(position.astype(np.intp), curves.shape[1] - 2)
-    part = (position - below)[..., None]
-    which = np.arange(len(curves))[:, None]
-    return (1.0 - part) * curves[which, below] + part * curves[which, below + 1]

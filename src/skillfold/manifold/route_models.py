@@ -1,7 +1,7 @@
 """What whole demonstrations say about the way between given states: learnt correction, then kriging.
 
-All demonstrations are read at the same phases. Some of these phases are *conditions*: the start, the goal,
-and any via points, where the wanted route's state is given and each demonstration's own state is known.
+All demonstrations are read at the same phases (`route_phases`). Some of these are *conditions*: the start, the
+goal, and any via points, where the wanted route's state is given and each demonstration's own state is known.
 This goes beyond paper 000, which plans shortest paths on the manifold.
 """
 
@@ -17,9 +17,7 @@ IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
 # Below this, relative to the demonstrations' size, differences are rounding.
 ROUNDING = 1e-12
-# How much clearer than the usual model another one must be (mean log distance), and at most how many
-# demonstrations are left out to find out.
-CLEARLY = 0.3
+# At most how many demonstrations are left out to find out which model serves.
 MOST_LEFT_OUT = 20
 # Numbers in what is worked on together while they are left out one by one.
 AT_ONCE = 500_000
@@ -65,7 +63,11 @@ DETERMINED = RouteModel(nugget=0.03, ridge=0.1)
 # Narrow kernels serve skills with several ways, between which the ends decide. Their nugget is the variance
 # within a way over that between the ways: any small number.
 NARROW = (_narrow(0.4, 0.1), _narrow(0.4, 0.01), _narrow(1.0, 0.6))
+# Where demonstrations go one way, each can be read where it is most like the others.
+ALIKE = (USUAL, ENDS_LEARNT, CORRECTED_MEAN)
 MODELS = (USUAL, DETERMINED, *NARROW, ENDS_LEARNT, CORRECTED_MEAN)
+# How much closer than the usual model each must be (mean log distance): clearly, but for the same without kriging.
+CLEARLY = np.array([0.0, 0.3, 0.3, 0.3, 0.3, 0.05, 0.3])
 
 
 def hats(n_phases: int, nodes: IntArray) -> Array:
@@ -251,8 +253,8 @@ def choose(curves: Array) -> RouteModel:
         return ENDS_LEARNT
     parts = stretches(curves)
     errors = np.mean([left_out_errors(MODELS, part) for part in parts], axis=0)
-    best = int(errors.argmin())
-    return MODELS[best] if errors[best] <= errors[0] - CLEARLY else USUAL
+    clear = errors <= errors[0] - CLEARLY
+    return MODELS[int(np.where(clear, errors, np.inf).argmin())]
 
 
 def for_whole(model: RouteModel) -> RouteModel:

@@ -31,8 +31,11 @@ DIFFERS = (
     "asks for, five where time is measured and for a first look.",
     "Times are of this machine; only their order compares with the paper's. The manifold learns on all cores, so "
     "seconds of the processor stand beside those of the clock.",
-    "Orientations, which the paper leaves out, are planned together with positions. From starts that are turned a "
-    "primitive turns back to the mean of the recordings sooner than a plan does, and is nearer to them all.",
+    "Orientations, which the paper leaves out, are planned together with positions, and measured as these are: "
+    "by the shape of the turn, the even turn between its own ends left out, and against a recording left out. How "
+    "far orientations are off all the recordings is told without a target. From starts that are turned a primitive "
+    "turns back to the mean of the recordings sooner than a plan does, and is nearer to them all; but what makes the "
+    "made sets turns back evenly, and is farther from them than either.",
 )
 
 
