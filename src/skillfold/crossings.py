@@ -49,7 +49,8 @@ def crossings(states: Array, demonstration: int = 0) -> list[Crossing]:
     phase = progress(smooth)
     path = interpolated(smooth, phase, _SAMPLES)
     gaps = np.asarray(cdist(path, path), np.float64)
-    cosines = np.abs(_directions(path) @ _directions(path).T)
+    directions = _directions(path)
+    cosines = np.abs(directions @ directions.T)
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     near = (gaps <= _NEAR * length) & (cosines <= np.sqrt(1 - _SLANT**2))
     return [
@@ -66,7 +67,7 @@ def crossings(states: Array, demonstration: int = 0) -> list[Crossing]:
 
 def _candidates(near: Any, gaps: Array, leave: float) -> list[tuple[int, int]]:
     apart = int(_APART * len(gaps))
-    pairs = ((int(i), int(j)) for i, j in np.argwhere(near) if j - i > apart)
+    pairs = np.argwhere(np.triu(near, apart + 1)).tolist()
     return [(i, j) for i, j in pairs if gaps[i, i:j].max() > leave]
 
 

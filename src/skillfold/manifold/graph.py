@@ -119,10 +119,10 @@ def build_graph(
     most = min(GROWN * neighbors, len(points) - 1)
     k = min(neighbors, most)
     edges = first = _unique(np.vstack([nearest_pairs(points, k), temporal]))
-    while _labels(edges, len(points))[0] > 1 and k < most:
+    while (parts := _labels(edges, len(points))[0]) > 1 and k < most:
         k = min(k + max(2, k // 2), most)
         edges = _unique(np.vstack([nearest_pairs(points, k), temporal]))
-    if _labels(edges, len(points))[0] > 1:
+    if parts > 1:
         edges = _join(points, first, groups, too_long, scale)
     lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     return Graph(edges, lengths, neighbors)

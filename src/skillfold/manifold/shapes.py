@@ -73,8 +73,7 @@ def neighbours_across(samples: Array, groups: Indices, seed: int) -> int:
     distance = np.array([KDTree(samples[groups == g]).query(samples[chosen])[0] for g in members])
     beside = np.sort(distance, axis=0)[min(BESIDE, len(members) - 1)]
     tree = KDTree(samples)
-    counts = [len(tree.query_ball_point(samples[i], ACROSS * r)) for i, r in zip(chosen, beside, strict=True)]
-    return int(np.median(counts))
+    return int(np.median(tree.query_ball_point(samples[chosen], ACROSS * beside, return_length=True)))
 
 
 def spread_out(n: int, count: int, seed: int) -> Indices:
@@ -231,16 +230,19 @@ def _compare(judge: _Judge, good: Sequence[Shape]) -> dict[Shape, Array]:
 
 def _as_good(squares: dict[Shape, Array], errors: float) -> list[Shape]:
     """Shapes whose mean is within so many standard errors of the least, of the paired differences."""
-    least = min(squares.values(), key=np.mean)
-    return [s for s, e in squares.items() if (e - least).mean() <= errors * (e - least).std() / np.sqrt(len(e))]
+    all_of = np.array(list(squares.values()))
+    difference = all_of - all_of[all_of.mean(1).argmin()]
+    good = difference.mean(1) <= errors * difference.std(1) / np.sqrt(all_of.shape[1])
+    return [s for s, one in zip(squares, good, strict=True) if one]
 
 
 def _worth_comparing(squares: dict[Shape, Array]) -> list[Shape]:
     """Candidates that may be best on average, or for most samples."""
     found = set()
     for errors in (squares, {s: np.minimum(e, np.median(e)) for s, e in squares.items()}):
-        limit = BETTER**2 * min(e.mean() for e in errors.values())
-        found |= {s for s in _as_good(errors, WORSE) if errors[s].mean() <= limit}
+        means = {s: e.mean() for s, e in errors.items()}
+        limit = BETTER**2 * min(means.values())
+        found |= {s for s in _as_good(errors, WORSE) if means[s] <= limit}
     return sorted(found)
 
 
