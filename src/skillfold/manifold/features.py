@@ -32,7 +32,8 @@ class Features:
         if len(samples) > FEW_ENOUGH:
             chosen = np.random.default_rng(seed).choice(len(samples), FEW_ENOUGH, replace=False)
             samples = samples[np.sort(chosen)]
-        kernels = min(kernels, len(np.unique(samples, axis=0)))
+        if len(np.unique(samples[:, 0])) < kernels:  # rows take longer to tell apart, and hardly ever matter
+            kernels = min(kernels, len(np.unique(samples, axis=0)))
         centres = KMeans(kernels, n_init="auto", random_state=seed).fit(samples).cluster_centers_
         if kernels == 1:
             return Features(centres, 1.0)

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from skillfold.manifold.anchors import SAMPLES_A_TERM, held_out_residuals, nearest_others
 from skillfold.manifold.nearest import nearest
@@ -70,10 +71,10 @@ def neighbours_across(samples: Array, groups: Indices, seed: int) -> int:
     """
     chosen = spread_out(len(samples), SCREENED, seed)
     members = np.unique(groups)
-    distance = np.array([KDTree(samples[groups == g]).query(samples[chosen])[0] for g in members])
-    beside = np.sort(distance, axis=0)[min(BESIDE, len(members) - 1)]
-    tree = KDTree(samples)
-    return int(np.median(tree.query_ball_point(samples[chosen], ACROSS * beside, return_length=True)))
+    distance = cdist(samples, samples[chosen])
+    apart = np.array([distance[groups == g].min(0) for g in members])
+    beside = np.sort(apart, axis=0)[min(BESIDE, len(members) - 1)]
+    return int(np.median((distance <= ACROSS * beside).sum(0)))
 
 
 def spread_out(n: int, count: int, seed: int) -> Indices:

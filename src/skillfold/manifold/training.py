@@ -87,7 +87,7 @@ def solve_weights(problem: Problem, eps: Array) -> Array:
 
 def factorised(matrix: Array) -> Array:
     """Cholesky factor of a symmetric matrix plus the jitter, in its own memory."""
-    matrix[np.diag_indices_from(matrix)] += JITTER * np.trace(matrix)
+    matrix.flat[:: len(matrix) + 1] += JITTER * np.trace(matrix)
     factor, info = _potrf(matrix.T, clean=False, overwrite_a=True)
     if info:
         raise np.linalg.LinAlgError("Normal equations of the tangent field are not positive definite.")
@@ -117,12 +117,13 @@ def balance(problem: Problem, weights: Array, eps: Array) -> tuple[Array, Array]
     With B = RR' and R'Σεε'R = USU' it is AA' = R'⁻¹ U S^½ U' R⁻¹. How A is turned on its right makes no difference.
     """
     energy, rough = eps @ eps.T, roughness(problem, weights)
-    rough[np.diag_indices_from(rough)] += FLOOR * (np.trace(energy) + np.trace(rough)) + 1e-300
+    rough.flat[:: len(rough) + 1] += FLOOR * (np.trace(energy) + np.trace(rough)) + 1e-300
     root = np.linalg.cholesky(rough)
     values, vectors = np.linalg.eigh(root.T @ energy @ root)
     fourth = np.maximum(values, FLOOR * max(values[-1], 1e-300)) ** 0.25
     gauge = np.linalg.solve(root.T, vectors * fourth)
-    return np.tensordot(gauge, weights, (0, 0)), (root @ (vectors / fourth)).T @ eps
+    turned = (gauge.T @ weights.reshape(len(weights), -1)).reshape(weights.shape)
+    return turned, (root @ (vectors / fourth)).T @ eps
 
 
 def alternate(problem: Problem, weights: Array, iterations: int) -> Array:
