@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 from sklearn.cluster import KMeans
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -42,7 +43,8 @@ class Features:
 
     def __call__(self, x: Array) -> Array:
         """Values (..., K) at x (..., D); the largest exponent is taken off first, so that none underflows."""
-        square = ((x[..., None, :] - self.centres) ** 2).sum(-1)
-        square -= square.min(-1, keepdims=True)
-        values = np.exp(-square / (2.0 * self.width**2))
-        return values / values.sum(-1, keepdims=True)
+        square = np.asarray(cdist(x.reshape(-1, x.shape[-1]), self.centres, "sqeuclidean"), np.float64)
+        square -= square.min(1, keepdims=True)
+        values = np.exp(square / (-2.0 * self.width**2), out=square)
+        values /= values.sum(1, keepdims=True)
+        return values.reshape(*x.shape[:-1], -1)

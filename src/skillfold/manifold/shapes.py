@@ -176,7 +176,8 @@ def choose_shapes(
     terms = max(terms_of(dim, s.degree) for s in good)
     comparison = judge(min(COMPARED, max(FEWER, WORK // terms**2)), good)
     squares |= _compare(comparison, good)
-    smooth = [s for s in good if smoothness(s, dim) <= _smoothest_usual({s: squares[s] for s in good}, dim)]
+    limit = _smoothest_usual({s: squares[s] for s in good}, dim)
+    smooth = [s for s in good if smoothness(s, dim) <= limit]
     reach = AROUND if groups is None else len(comparison.chosen)
     picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
     # A high degree that hardly any sample asks for is not worth its terms at every anchor.
