@@ -20,6 +20,8 @@ _SLANT = 0.5  # sine of the smallest angle: nearly parallel passes, or the same 
 _WINDOW = 25  # a part of this many of the samples is averaged, against sensor noise
 _ORDERED = 0.5  # samples farther than this (in rms radii) from their running mean have no order
 
+_LATER = np.triu(np.ones((_SAMPLES, _SAMPLES), dtype=bool), int(_APART * _SAMPLES) + 1)  # second passes of each
+
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
@@ -49,9 +51,12 @@ def crossings(states: Array, demonstration: int = 0) -> list[Crossing]:
     phase = progress(smooth)
     path = interpolated(smooth, phase, _SAMPLES)
     gaps = np.asarray(cdist(path, path), np.float64)
-    cosines = np.abs(_directions(path) @ _directions(path).T)
-    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
-    near = (gaps <= _NEAR * length) & (cosines <= np.sqrt(1 - _SLANT**2))
+    near = (gaps <= _NEAR * np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) & _LATER
+    if not near.any():
+        return []
+    directions = _directions(path)
+    cosines = np.abs(directions @ directions.T)
+    near &= cosines <= np.sqrt(1 - _SLANT**2)
     return [
         Crossing(
             demonstration,
@@ -65,9 +70,7 @@ def crossings(states: Array, demonstration: int = 0) -> list[Crossing]:
 
 
 def _candidates(near: Any, gaps: Array, leave: float) -> list[tuple[int, int]]:
-    apart = int(_APART * len(gaps))
-    pairs = ((int(i), int(j)) for i, j in np.argwhere(near) if j - i > apart)
-    return [(i, j) for i, j in pairs if gaps[i, i:j].max() > leave]
+    return [(i, j) for i, j in np.argwhere(near).tolist() if gaps[i, i:j].max() > leave]
 
 
 def _distinct(pairs: list[tuple[int, int]], gaps: Array) -> list[tuple[int, int]]:

@@ -101,12 +101,16 @@ def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | No
     """The k nearest samples of each chosen one, its own recording (or itself) left out; (len(chosen), k)."""
     if groups is None:
         return nearest(samples, samples[chosen], k + 1, jobs)[:, 1:]
-    found = np.empty((len(chosen), k), dtype=np.int64)
-    for group in np.unique(groups[chosen]):
-        others = np.flatnonzero(groups != group)
-        asked = np.flatnonzero(groups[chosen] == group)
-        found[asked] = others[nearest(samples[others], samples[chosen[asked]], k, jobs)]
-    return found
+
+    def asked(part: slice) -> Indices:
+        found = np.empty((len(chosen[part]), k), dtype=np.int64)
+        for group in np.unique(groups[chosen[part]]):
+            others = np.flatnonzero(groups != group)
+            own = np.flatnonzero(groups[chosen[part]] == group)
+            found[own] = others[nearest(samples[others], samples[chosen[part][own]], k)]
+        return found
+
+    return np.concatenate(in_parts(asked, len(chosen), jobs))
 
 
 def held_out_residuals(

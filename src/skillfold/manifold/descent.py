@@ -17,10 +17,17 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from skillfold.manifold.kernels.alignment import across
-from skillfold.manifold.training import JITTER, Problem, alignment, balance, field_at_edges, objective
+from skillfold.manifold.training import (
+    Problem,
+    alignment,
+    balance,
+    factorised,
+    field_at_edges,
+    objective,
+    solved,
+)
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -56,7 +63,7 @@ def _point(problem: Problem, weights: Array) -> _Point:
 class Metric:
     """Cholesky factor of the mean curvature, (K D, K D)."""
 
-    factor: Any
+    factor: Array
 
     @staticmethod
     def at(problem: Problem, point: _Point) -> "Metric":
@@ -74,14 +81,11 @@ class Metric:
         matrix = halves[_places(K)[:, None, :, None], _places(D)[None, :, None, :]]
         for c in range(D):
             matrix[:, c, :, c] += problem.ridge * problem.smoothness
-        matrix = matrix.reshape(K * D, K * D)
-        matrix[np.diag_indices_from(matrix)] += JITTER * np.trace(matrix)
-        return Metric(cho_factor(matrix, overwrite_a=True, check_finite=False))
+        return Metric(factorised(matrix.reshape(K * D, K * D)))
 
     def solve(self, gradient: Array) -> Array:
         """The step (d, K, D) against a gradient, in this metric the steepest."""
-        flat = gradient.reshape(len(gradient), -1).T
-        return cho_solve(self.factor, flat, check_finite=False).T.reshape(gradient.shape)
+        return solved(self.factor, gradient.reshape(len(gradient), -1).T).T.reshape(gradient.shape)
 
 
 @lru_cache(maxsize=16)
@@ -94,10 +98,11 @@ def _places(n: int) -> Indices:
 
 
 class _Pair(NamedTuple):
-    """A step, the change of the gradient along it, and that change solved for in the metric."""
+    """A step, the change of the gradient along it, their product, and that change solved for in the metric."""
 
     step: Array
     change: Array
+    product: float
     solved: Array
 
 
@@ -108,14 +113,14 @@ def _direction(pairs: deque[_Pair], gradient: Array, solved: Array) -> Array:
     """
     rest, found, shares = gradient.copy(), solved.copy(), []
     for pair in reversed(pairs):
-        shares.append(np.vdot(pair.step, rest) / np.vdot(pair.step, pair.change))
+        shares.append(np.vdot(pair.step, rest) / pair.product)
         rest -= shares[-1] * pair.change
         found -= shares[-1] * pair.solved
     if pairs:
         last = pairs[-1]
-        found *= np.vdot(last.step, last.change) / np.vdot(last.change, last.solved)
+        found *= last.product / np.vdot(last.change, last.solved)
     for pair, share in zip(pairs, reversed(shares), strict=True):
-        found += pair.step * (share - np.vdot(pair.change, found) / np.vdot(pair.step, pair.change))
+        found += pair.step * (share - np.vdot(pair.change, found) / pair.product)
     return -found
 
 
@@ -149,19 +154,19 @@ def descend(
     here = _point(problem, balance(problem, weights, eps)[0])
     values, pairs = [here.value], deque[_Pair](maxlen=MEMORY)
     metric = metric or Metric.at(problem, here)
-    solved = metric.solve(here.gradient)
+    steepest = metric.solve(here.gradient)
     while len(values) <= iterations:
         if len(values) % RENEWED == 0:
             metric = Metric.at(problem, here)
-            solved = metric.solve(here.gradient)
+            steepest = metric.solve(here.gradient)
             pairs = deque((p._replace(solved=metric.solve(p.change)) for p in pairs), maxlen=MEMORY)
-        there = _search(problem, here, _direction(pairs, here.gradient, solved))
+        there = _search(problem, here, _direction(pairs, here.gradient, steepest))
         if there is None:
             return here.weights, values, True
-        before, solved = solved, metric.solve(there.gradient)
-        pair = _Pair(there.weights - here.weights, there.gradient - here.gradient, solved - before)
-        if np.vdot(pair.step, pair.change) > 0.0:
-            pairs.append(pair)
+        before, steepest = steepest, metric.solve(there.gradient)
+        step, change = there.weights - here.weights, there.gradient - here.gradient
+        if (product := float(np.vdot(step, change))) > 0.0:
+            pairs.append(_Pair(step, change, product, steepest - before))
         here = there
         values.append(here.value)
         if len(values) > WINDOW and values[-1 - WINDOW] - values[-1] <= SETTLED * values[-1]:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 from sklearn.cluster import KMeans
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -32,7 +33,8 @@ class Features:
         if len(samples) > FEW_ENOUGH:
             chosen = np.random.default_rng(seed).choice(len(samples), FEW_ENOUGH, replace=False)
             samples = samples[np.sort(chosen)]
-        kernels = min(kernels, len(np.unique(samples, axis=0)))
+        if len(np.unique(samples[:, 0])) < kernels:  # rows take longer to tell apart, and hardly ever matter
+            kernels = min(kernels, len(np.unique(samples, axis=0)))
         centres = KMeans(kernels, n_init="auto", random_state=seed).fit(samples).cluster_centers_
         if kernels == 1:
             return Features(centres, 1.0)
@@ -41,7 +43,8 @@ class Features:
 
     def __call__(self, x: Array) -> Array:
         """Values (..., K) at x (..., D); the largest exponent is taken off first, so that none underflows."""
-        square = ((x[..., None, :] - self.centres) ** 2).sum(-1)
-        square -= square.min(-1, keepdims=True)
-        values = np.exp(-square / (2.0 * self.width**2))
-        return values / values.sum(-1, keepdims=True)
+        square = np.asarray(cdist(x.reshape(-1, x.shape[-1]), self.centres, "sqeuclidean"), np.float64)
+        square -= square.min(1, keepdims=True)
+        values = np.exp(square / (-2.0 * self.width**2), out=square)
+        values /= values.sum(1, keepdims=True)
+        return values.reshape(*x.shape[:-1], -1)

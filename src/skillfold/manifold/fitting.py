@@ -23,6 +23,7 @@ from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, 
 from skillfold.manifold.smoothing import denoised
 from skillfold.manifold.table import Selection
 from skillfold.manifold.tangent import TangentField, train
+from skillfold.manifold.threads import in_parts
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -133,7 +134,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     field = train(features, anchors, edges, frames, ridge)
     tolerance, spacing = _calibrate(inner, anchors, judged)
     surface, kernel_field = (
-        _kernel_surface(anchors, local, judged.degree),
+        _kernel_surface(anchors, local, judged.degree, threads),
         _kernel_field(field),
     )
     model = Model(
@@ -147,7 +148,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
         edges=graph.edges,
         step=graph.median,
         tolerance=tolerance,
-        trust=_trust(surface, kernel_field, spacing),
+        trust=_trust(surface, kernel_field, spacing, threads),
     )
     progress("training the tangent field", 1.0)
     normals = max(1, inner.shape[1] - dim)
@@ -179,12 +180,13 @@ def _sizes(n_samples: int, n_anchors: int) -> tuple[int, int]:
     return int(LEAST * share), max(LARGEST, min(n_samples // 2, int(PER_ANCHOR * share)))
 
 
-def _kernel_surface(anchors: Array, local: LocalSurfaces, degree: int) -> Surface:
+def _kernel_surface(anchors: Array, local: LocalSurfaces, degree: int, jobs: int) -> Surface:
     """Arrays for the kernels; centred on the denoised anchors, so that the constant terms vanish."""
     coefficients = np.swapaxes(local.coefficients, 1, 2).copy()
     coefficients[:, :, 0] = 0.0
     tangents, bends = as_maps(local.frames, coefficients, local.radii)
-    return build_surface(np.ascontiguousarray(anchors.T), tangents, bends, local.radii, monomials(local.dim, degree))
+    table = monomials(local.dim, degree)
+    return build_surface(np.ascontiguousarray(anchors.T), tangents, bends, local.radii, table, jobs)
 
 
 def _kernel_field(field: TangentField) -> Field:
@@ -195,11 +197,15 @@ def _kernel_field(field: TangentField) -> Field:
     )
 
 
-def _trust(surface: Surface, field: Field, spacing: float) -> Trust:
+def _trust(surface: Surface, field: Field, spacing: float, jobs: int) -> Trust:
     """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
     inner = len(surface.points)
     table = tabled(surface, field, np.zeros(inner), np.eye(inner), 1.0, evaluator())
-    found = displacements(table.entries, surface.rows, np.inf)[2]
+
+    def doubts(part: slice) -> Array:
+        return displacements(table.entries, surface.rows[part], np.inf)[2]
+
+    found = np.concatenate(in_parts(doubts, len(surface.rows), jobs))
     usual = max(float(np.median(found)), NO_DOUBT)
     return trust_in(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
 

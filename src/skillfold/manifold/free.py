@@ -100,7 +100,8 @@ def split_directions(
     best, best_gap = whole, 0.0
     # The plain rule may overlook normals where samples are sparse; it does not make any up.
     counts = [D - plain] if dim else range(D - plain, max(D - plain, min(MOST_NORMALS, D - 2)) + 1)
-    for codim in counts:
+    # What is free leaves a dimension at least: of a curve nothing is.
+    for codim in (count for count in counts if count < D - 1):
         touched, directions = normal_spectrum(samples, codim, seed, jobs)
         f = min(int((touched < TOUCHED).sum()), D - codim - 1)
         if f < 1:

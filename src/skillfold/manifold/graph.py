@@ -44,10 +44,10 @@ class Graph:
 
 
 def _unique(pairs: Indices) -> Indices:
-    low, high = np.sort(pairs, axis=1).T
+    low, high = np.minimum(*pairs.T), np.maximum(*pairs.T)
     count = int(high.max(initial=0)) + 1
-    codes = np.unique(low * count + high)  # far faster than by rows
-    unique = np.column_stack(np.divmod(codes, count))
+    codes = np.sort(low * count + high)  # far faster than by rows
+    unique = np.column_stack(np.divmod(codes[np.diff(codes, prepend=-1) > 0], count))
     return unique[unique[:, 0] != unique[:, 1]]
 
 
@@ -119,10 +119,10 @@ def build_graph(
     most = min(GROWN * neighbors, len(points) - 1)
     k = min(neighbors, most)
     edges = first = _unique(np.vstack([nearest_pairs(points, k), temporal]))
-    while _labels(edges, len(points))[0] > 1 and k < most:
+    while (parts := _labels(edges, len(points))[0]) > 1 and k < most:
         k = min(k + max(2, k // 2), most)
         edges = _unique(np.vstack([nearest_pairs(points, k), temporal]))
-    if _labels(edges, len(points))[0] > 1:
+    if parts > 1:
         edges = _join(points, first, groups, too_long, scale)
     lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     return Graph(edges, lengths, neighbors)
@@ -160,10 +160,17 @@ def align_frames(frames: Array, graph: Graph) -> Array:
     """
     _, parents = breadth_first_order(graph.matrix(len(frames)), 0, directed=False)
     ancestors = np.maximum(parents, 0)  # the root has none but itself
-    u, _, vt = np.linalg.svd(np.swapaxes(frames, 1, 2) @ frames[ancestors])
-    turns = u @ vt
+    turns = _nearest_turns(np.swapaxes(frames, 1, 2) @ frames[ancestors])
     turns[0] = np.eye(frames.shape[2])
     while ancestors.any():
         turns = turns @ turns[ancestors]
         ancestors = ancestors[ancestors]
     return frames @ turns
+
+
+def _nearest_turns(matrices: Array) -> Array:
+    """The orthogonal matrix nearest to each of (n, d, d): for curves, the sign of a number."""
+    if matrices.shape[1] == 1:
+        return np.where(matrices < 0.0, -1.0, 1.0)
+    u, _, vt = np.linalg.svd(matrices)
+    return u @ vt

@@ -10,12 +10,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from skillfold.manifold.kernels.projection import GHOST
 from skillfold.manifold.kernels.scratch import evaluator
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
+from skillfold.manifold.nearest import nearest
 from skillfold.manifold.polynomials import Monomials
 from skillfold.tables import Table
 
@@ -115,7 +115,9 @@ class Model:
         return states + (inner - self.encode(states)) @ self.kept.T * self.scale
 
 
-def build_surface(points: Array, tangents: Array, bends: Array, radii: Array, table: Monomials) -> Surface:
+def build_surface(
+    points: Array, tangents: Array, bends: Array, radii: Array, table: Monomials, jobs: int = 1
+) -> Surface:
     """The surface of anchors (D, M) with all that its loops look up.
 
     Args:
@@ -124,18 +126,19 @@ def build_surface(points: Array, tangents: Array, bends: Array, radii: Array, ta
         bends: (M, D, P).
         radii: (M,).
         table: of the monomials.
+        jobs: threads.
     """
     rows = np.ascontiguousarray(points.T)
-    listed = LISTED if len(rows) >= MANY else 0
-    distances, neighbours = np.empty((len(rows), 0)), np.empty((len(rows), 0), dtype=np.int64)
-    if listed:
-        distances, neighbours = KDTree(rows).query(rows, listed)
-    # Of anchors that coincide, the tree may name another one first.
+    neighbours, reach = np.empty((len(rows), 0), dtype=np.int64), np.zeros(len(rows))
+    if len(rows) >= MANY:
+        neighbours = nearest(rows, rows, LISTED, jobs)
+        reach = np.sqrt(((rows[neighbours[:, -1]] - rows) ** 2).sum(1))
+    # Of anchors that coincide, another one may be named first.
     order = np.argsort(neighbours != np.arange(len(rows))[:, None], axis=1, kind="stable")
-    neighbours = np.take_along_axis(neighbours, order, 1).astype(np.int64)
+    neighbours = np.take_along_axis(neighbours, order, 1)
     padded = np.zeros((*bends.shape[:2], -(-bends.shape[2] // LANES) * LANES))
     padded[..., : bends.shape[2]] = bends
-    return Surface(points, rows, tangents, padded, neighbours, distances.max(1, initial=0.0), radii, *table)
+    return Surface(points, rows, tangents, padded, neighbours, reach, radii, *table)
 
 
 def trust_in(spacing: float, doubt: float, cap: float, sure: Any) -> Trust:

@@ -127,14 +127,15 @@ def weigh(model: RouteModel, own: Array, wanted: Array) -> tuple[Array, Array, A
     scale = np.sqrt((own**2).sum(axis=(-2, -1)) / n)[..., None, None]
     # Conditions that are all the same tell nothing: at a distance of zero, all weigh the same.
     per_scale = np.where(scale < ROUNDING, 0.0, 1.0 / np.maximum(scale, ROUNDING))
-    z, at = own * per_scale, wanted[..., None, :] * per_scale
-    inverse = np.linalg.inv(kernel(model, z, z) + model.nugget * np.eye(n))
-    k = kernel(model, at, z)[..., 0, :]
+    z = np.concatenate([own, wanted[..., None, :]], axis=-2) * per_scale
+    alike = kernel(model, z, z)
+    inverse = np.linalg.inv(alike[..., :n, :n] + model.nugget * np.eye(n))
+    k = alike[..., n, :n]
     row = inverse.sum(axis=-2)
     total = row.sum(axis=-1)
     missing = (1.0 - (row * k).sum(axis=-1)) / total
     explained = (inverse @ k[..., None])[..., 0]
-    itself = kernel(model, at, at)[..., 0, 0] + model.nugget
+    itself = alike[..., n, n] + model.nugget
     variance = np.maximum(itself - (explained * k).sum(axis=-1) + missing**2 * total, 0.0)
     weights = explained + row * missing[..., None]
     return weights, variance, inverse - row[..., :, None] * row[..., None, :] / total[..., None, None]
@@ -182,12 +183,14 @@ class _Corrected:
         mean: (..., n_phases, D), corrected.
         residuals: (..., n, n_phases, D), what it leaves of each demonstration.
         own, wanted: (..., n, C) and (..., C), conditions of the demonstrations and of the route.
+        linear: (n_phases, m), the correction linear in phase.
     """
 
     mean: Array
     residuals: Array
     own: Array
     wanted: Array
+    linear: Array
 
 
 def _correct(model: RouteModel, curves: Array, nodes: IntArray, asked: Array) -> _Corrected:
@@ -200,14 +203,14 @@ def _correct(model: RouteModel, curves: Array, nodes: IntArray, asked: Array) ->
     wanted = believed(asked - mean[..., nodes, :], own)
     residuals = deviations - alpha[..., None, :, :] @ own
     flat = (own.reshape(*own.shape[:-2], -1), wanted.reshape(*wanted.shape[:-2], -1))
-    return _Corrected(mean + alpha @ wanted, residuals, *flat)
+    return _Corrected(mean + alpha @ wanted, residuals, *flat, linear)
 
 
 def _through(corrected: _Corrected, weights: Array, nodes: IntArray, asked: Array) -> Array:
     """The route (..., n_phases, D) through the asked states, by weights (..., n) of what the correction leaves."""
     each = corrected.residuals.reshape(*weights.shape, -1)
     route = corrected.mean + (weights[..., None, :] @ each).reshape(corrected.mean.shape)
-    return route + hats(route.shape[-2], nodes) @ (asked - route[..., nodes, :])
+    return route + corrected.linear @ (asked - route[..., nodes, :])
 
 
 def left_out_errors(models: Sequence[RouteModel], curves: Array) -> Array:

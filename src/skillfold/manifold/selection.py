@@ -10,9 +10,9 @@ from skillfold.manifold.descent import Metric, descend, metric_at
 from skillfold.manifold.features import Features
 from skillfold.manifold.shapes import Progress, spread_out
 from skillfold.manifold.table import Trial
-from skillfold.manifold.tangent import begin, unspanned
+from skillfold.manifold.tangent import begin
 from skillfold.manifold.threads import in_turn
-from skillfold.manifold.training import Problem
+from skillfold.manifold.training import Problem, alignment, field_at_edges
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -26,6 +26,7 @@ WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and fo
 FEW_EDGES = 600  # where only the ridge is asked for
 TRIAL_ITERATIONS = 10  # at the plain ridge,
 FURTHER_ITERATIONS = 4  # and from there at each
+SOLVABLE = 1e-12  # of the field's mean square: a ridge by which columns that depend on each other do no harm
 MEASURE = "held-out step off the field (smaller)"
 
 T = TypeVar("T")
@@ -50,8 +51,8 @@ class _Trained(NamedTuple):
     Attributes:
         problem: of the other edges.
         weights: (d, K, D).
-        values: (n, K) features at the midpoints of edges held out.
-        steps: (n, D) along these.
+        values: (K, n) features at the midpoints of edges held out.
+        steps: (D, n) along these.
     """
 
     problem: Problem
@@ -61,7 +62,8 @@ class _Trained(NamedTuple):
 
     def squares(self) -> Array:
         """Squared part of steps held out that the field does not span; (n,)."""
-        return unspanned(np.einsum("nk,akc->nca", self.values, self.weights), self.steps)
+        field = field_at_edges(self.values, self.weights)
+        return (alignment(field, self.steps, SOLVABLE * float((field**2).mean()))[1] ** 2).sum(0)
 
     def metric(self) -> Metric:
         """The metric for going on from here."""
@@ -81,7 +83,8 @@ def _trained(
     problem, _, start = begin(features, samples, edges[~held], frames, ridge)
     weights = descend(problem, start, TRIAL_ITERATIONS)[0]
     first, second = samples[edges[held]].swapaxes(0, 1)
-    return _Trained(problem, weights, features((first + second) / 2), second - first)
+    values = np.ascontiguousarray(features((first + second) / 2).T)
+    return _Trained(problem, weights, values, np.ascontiguousarray((second - first).T))
 
 
 class _Comparison(NamedTuple):

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from skillfold.manifold.anchors import SAMPLES_A_TERM, held_out_residuals, nearest_others
 from skillfold.manifold.nearest import nearest
@@ -70,11 +71,10 @@ def neighbours_across(samples: Array, groups: Indices, seed: int) -> int:
     """
     chosen = spread_out(len(samples), SCREENED, seed)
     members = np.unique(groups)
-    distance = np.array([KDTree(samples[groups == g]).query(samples[chosen])[0] for g in members])
-    beside = np.sort(distance, axis=0)[min(BESIDE, len(members) - 1)]
-    tree = KDTree(samples)
-    counts = [len(tree.query_ball_point(samples[i], ACROSS * r)) for i, r in zip(chosen, beside, strict=True)]
-    return int(np.median(counts))
+    distance = cdist(samples, samples[chosen])
+    apart = np.array([distance[groups == g].min(0) for g in members])
+    beside = np.sort(apart, axis=0)[min(BESIDE, len(members) - 1)]
+    return int(np.median((distance <= ACROSS * beside).sum(0)))
 
 
 def spread_out(n: int, count: int, seed: int) -> Indices:
@@ -176,7 +176,8 @@ def choose_shapes(
     terms = max(terms_of(dim, s.degree) for s in good)
     comparison = judge(min(COMPARED, max(FEWER, WORK // terms**2)), good)
     squares |= _compare(comparison, good)
-    smooth = [s for s in good if smoothness(s, dim) <= _smoothest_usual({s: squares[s] for s in good}, dim)]
+    limit = _smoothest_usual({s: squares[s] for s in good}, dim)
+    smooth = [s for s in good if smoothness(s, dim) <= limit]
     reach = AROUND if groups is None else len(comparison.chosen)
     picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
     # A high degree that hardly any sample asks for is not worth its terms at every anchor.
@@ -231,16 +232,19 @@ def _compare(judge: _Judge, good: Sequence[Shape]) -> dict[Shape, Array]:
 
 def _as_good(squares: dict[Shape, Array], errors: float) -> list[Shape]:
     """Shapes whose mean is within so many standard errors of the least, of the paired differences."""
-    least = min(squares.values(), key=np.mean)
-    return [s for s, e in squares.items() if (e - least).mean() <= errors * (e - least).std() / np.sqrt(len(e))]
+    all_of = np.array(list(squares.values()))
+    difference = all_of - all_of[all_of.mean(1).argmin()]
+    good = difference.mean(1) <= errors * difference.std(1) / np.sqrt(all_of.shape[1])
+    return [s for s, one in zip(squares, good, strict=True) if one]
 
 
 def _worth_comparing(squares: dict[Shape, Array]) -> list[Shape]:
     """Candidates that may be best on average, or for most samples."""
     found = set()
     for errors in (squares, {s: np.minimum(e, np.median(e)) for s, e in squares.items()}):
-        limit = BETTER**2 * min(e.mean() for e in errors.values())
-        found |= {s for s in _as_good(errors, WORSE) if errors[s].mean() <= limit}
+        means = {s: e.mean() for s, e in errors.items()}
+        limit = BETTER**2 * min(means.values())
+        found |= {s for s in _as_good(errors, WORSE) if means[s] <= limit}
     return sorted(found)
 
 

@@ -7,7 +7,6 @@ from typing import Any
 from warnings import warn
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from skillfold import archive
 from skillfold.clearance import Clearance
@@ -24,6 +23,7 @@ from skillfold.manifold.sampling import sample_surface
 from skillfold.manifold.shapes import Progress
 from skillfold.manifold.storage import facts_of, pack, unpack
 from skillfold.manifold.table import Selection
+from skillfold.manifold.threads import libraries_alone
 from skillfold.motion import Plan
 from skillfold.spaces import StateSpace
 
@@ -104,14 +104,14 @@ class SkillManifold:
         samples = read_samples(demos, space)
         options = Options(dim, kernels, ridge, neighbors, seed, jobs)
         options.check(*samples.states.shape)
-        # The workers are ours: linear algebra that starts threads of its own in each would only get in their way.
-        with threadpool_limits(1):
+        with libraries_alone():
             fitted = fit_model(samples.states, samples.groups, options, progress or (lambda stage, share: None))
+            route = Route.fit(samples.recordings)
         for note in samples.notes:
             warn(note, stacklevel=2)
         return cls(
             fitted.model,
-            Route.fit(samples.recordings),
+            route,
             samples.space,
             samples.names,
             fitted.selection,

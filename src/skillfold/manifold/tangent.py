@@ -46,14 +46,9 @@ class TangentField:
 
     def residual(self, midpoints: Array, steps: Array) -> Array:
         """Part of each step (E, D) that H at its midpoint (E, D) does not span; (E,)."""
-        return np.sqrt(unspanned(self(midpoints), steps))
-
-
-def unspanned(field: Array, steps: Array) -> Array:
-    """Squared part of each step (E, D) that H there (E, D, d) does not span; (E,)."""
-    basis = np.linalg.qr(field)[0]
-    inside = np.einsum("eca,ec->ea", basis, steps)
-    return ((steps - np.einsum("eca,ea->ec", basis, inside)) ** 2).sum(1)
+        basis = np.linalg.qr(self(midpoints))[0]
+        inside = np.einsum("eca,ec->ea", basis, steps)
+        return np.linalg.norm(steps - np.einsum("eca,ea->ec", basis, inside), axis=1)
 
 
 def regress(problem: Problem, frames: Array) -> Array:

@@ -6,16 +6,30 @@ of joblib all the same where the user has set one.
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
+from functools import cache
 from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
 from joblib import Parallel, delayed, effective_n_jobs
 from joblib.parallel import ThreadingBackend, get_active_backend
+from threadpoolctl import ThreadpoolController
 
 T = TypeVar("T")
 
 FEWEST = 32  # rows a thread: fewer are done sooner than it starts
+
+
+def libraries_alone() -> AbstractContextManager[Any]:
+    """While it is entered, linear algebra starts no threads of its own: in each worker, it would get in their way."""
+    return _libraries().limit(limits=1)
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    """Those with threads; all that a fit calls are loaded with it. To look for them takes as long as some stages."""
+    return ThreadpoolController()
 
 
 def in_parts(work: Callable[[slice], T], count: int, jobs: int) -> list[T]:
@@ -24,8 +38,9 @@ def in_parts(work: Callable[[slice], T], count: int, jobs: int) -> list[T]:
     parts = [slice(a, b) for a, b in pairwise(np.linspace(0, count, workers + 1).astype(int).tolist())]
     if workers == 1:
         return [work(parts[0])]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(work, parts))
+    with ThreadPoolExecutor(workers - 1) as pool:
+        others = pool.map(work, parts[1:])
+        return [work(parts[0]), *others]
 
 
 def in_turn(work: Callable[..., T], cases: Sequence[tuple], jobs: int) -> Iterator[T]:

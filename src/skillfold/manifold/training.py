@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import get_lapack_funcs
 from scipy.sparse import csr_matrix
 
 from skillfold.manifold.kernels.alignment import align_steps
@@ -20,6 +20,9 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 JITTER = 1e-12  # of the trace, on the diagonal of normal equations
 FLOOR = 1e-6  # of the gauge's eigenvalues; a too large d makes it singular
+
+# What is laid around LAPACK elsewhere takes longer than it takes for small systems.
+_potrf, _potrs = get_lapack_funcs(("potrf", "potrs"), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -76,9 +79,24 @@ def solve_weights(problem: Problem, eps: Array) -> Array:
     """Corrected equation 9: one matrix for all D outputs; weights (d, K, D)."""
     (d, E), K = eps.shape, len(problem.values)
     rows = (eps[:, None] * problem.values).reshape(d * K, E)
-    gram = rows @ rows.T + problem.ridge * np.kron(np.eye(d), problem.smoothness)
-    gram[np.diag_indices_from(gram)] += JITTER * np.trace(gram)
-    return cho_solve(cho_factor(gram), rows @ problem.steps.T).reshape(d, K, -1)
+    gram = rows @ rows.T
+    for a in range(d):
+        gram[a * K : (a + 1) * K, a * K : (a + 1) * K] += problem.ridge * problem.smoothness
+    return solved(factorised(gram), rows @ problem.steps.T).reshape(d, K, -1)
+
+
+def factorised(matrix: Array) -> Array:
+    """Cholesky factor of a symmetric matrix plus the jitter, in its own memory."""
+    matrix.flat[:: len(matrix) + 1] += JITTER * np.trace(matrix)
+    factor, info = _potrf(matrix.T, clean=False, overwrite_a=True)
+    if info:
+        raise np.linalg.LinAlgError("Normal equations of the tangent field are not positive definite.")
+    return factor
+
+
+def solved(factor: Array, right: Array) -> Array:
+    """Solution of a factorised system for right-hand sides (n, m); (n, m)."""
+    return _potrs(factor, right)[0]
 
 
 def roughness(problem: Problem, weights: Array) -> Array:
@@ -89,24 +107,23 @@ def roughness(problem: Problem, weights: Array) -> Array:
 
 def objective(problem: Problem, weights: Array, eps: Array, misfit: Array) -> float:
     """The function that training decreases, per edge; with the misfit Hε − Δ."""
-    penalty = (eps**2).sum() + np.trace(roughness(problem, weights))
-    return float(((misfit**2).sum() + problem.ridge * penalty) / eps.shape[1])
-
-
-def _power(matrix: Array, exponent: float) -> Array:
-    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
-    floored = np.maximum(values, FLOOR * max(values[-1], 1e-300))
-    return (vectors * floored**exponent) @ vectors.T
+    penalty = np.vdot(eps, eps) + np.vdot(weights, problem.smoothness @ weights)
+    return float((np.vdot(misfit, misfit) + problem.ridge * penalty) / eps.shape[1])
 
 
 def balance(problem: Problem, weights: Array, eps: Array) -> tuple[Array, Array]:
-    """The gauge H A, A⁻¹ε in which both penalties weigh the same: AA' = the mean of Σεε' and B⁻¹."""
+    """The gauge H A, A⁻¹ε in which both penalties weigh the same: AA' = the geometric mean of Σεε' and B⁻¹.
+
+    With B = RR' and R'Σεε'R = USU' it is AA' = R'⁻¹ U S^½ U' R⁻¹. How A is turned on its right makes no difference.
+    """
     energy, rough = eps @ eps.T, roughness(problem, weights)
-    rough = rough + FLOOR * np.trace(energy) * np.eye(len(rough))
-    root = _power(rough, 0.5)
-    gauge = _power(rough, -0.5) @ _power(root @ energy @ root, 0.25)
-    turned = np.asarray(np.linalg.solve(gauge, eps), dtype=np.float64)
-    return np.tensordot(gauge, weights, (0, 0)), turned
+    rough.flat[:: len(rough) + 1] += FLOOR * (np.trace(energy) + np.trace(rough)) + 1e-300
+    root = np.linalg.cholesky(rough)
+    values, vectors = np.linalg.eigh(root.T @ energy @ root)
+    fourth = np.maximum(values, FLOOR * max(values[-1], 1e-300)) ** 0.25
+    gauge = np.linalg.solve(root.T, vectors * fourth)
+    turned = (gauge.T @ weights.reshape(len(weights), -1)).reshape(weights.shape)
+    return turned, (root @ (vectors / fourth)).T @ eps
 
 
 def alternate(problem: Problem, weights: Array, iterations: int) -> Array:
