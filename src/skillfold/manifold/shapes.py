@@ -70,10 +70,10 @@ def neighbours_across(samples: Array, groups: Indices, seed: int) -> int:
     manifold of its own, which left-out recordings do not punish: some recording is always near.
     """
     chosen = spread_out(len(samples), SCREENED, seed)
-    members = np.unique(groups)
-    distance = cdist(samples, samples[chosen])
-    apart = np.array([distance[groups == g].min(0) for g in members])
-    beside = np.sort(apart, axis=0)[min(BESIDE, len(members) - 1)]
+    order = np.argsort(groups, kind="stable")
+    distance = np.asarray(cdist(samples[order], samples[chosen]), np.float64)
+    apart = np.minimum.reduceat(distance, np.flatnonzero(np.diff(groups[order], prepend=-1)))
+    beside = np.sort(apart, axis=0)[min(BESIDE, len(apart) - 1)]
     return int(np.median((distance <= ACROSS * beside).sum(0)))
 
 
