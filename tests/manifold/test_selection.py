@@ -90,14 +90,38 @@ def test_the_shape_picked_is_as_good_as_the_best_around_by_hand():
     places, candidates = rng.normal(size=(80, 2)), [Shape(1, 9), Shape(2, 36), Shape(1, 15)]
     squares = {shape: rng.chisquare(1, 80) for shape in candidates}
     squares[candidates[1]][places[:, 0] > 0] *= 6
-    picked = shapes._pick(squares, places, 2, shapes.AROUND)
+    picked = shapes._pick(squares, places, 2)
     errors = np.array(list(squares.values()))
     for i in (0, 7, 33):
         near = np.linalg.norm(places - places[i], axis=1).argsort()[: shapes.AROUND]
         gaps = errors[:, near] - errors[errors[:, near].mean(1).argmin(), near]
         good = [g for g in range(3) if gaps[g].mean() <= shapes.DOUBTED * gaps[g].std() / np.sqrt(len(near))]
         assert picked[i] == max((candidates[g] for g in good), key=lambda s: smoothness(s, 2))
-    assert len(set(shapes._pick(squares, places, 2, 80))) == 1
+
+
+def test_one_shape_is_the_best_of_those_about_as_smooth_as_the_smoothest_that_is_as_good():
+    rng = np.random.default_rng(2)
+    noise, places = rng.chisquare(1, 400), np.zeros((400, 2))
+    rough, best, smooth, biased = Shape(2, 60), Shape(3, 150), Shape(2, 100), Shape(1, 90)
+    own = {rough: 0.0, best: 0.001, smooth: 0.02, biased: 1.0}  # of these only the last is clearly worse
+    squares = {shape: noise + more * rng.uniform(0.5, 1.5, 400) for shape, more in own.items()}
+    squares = {shape: errors + 0.5 * rng.normal(size=400) * (shape != biased) for shape, errors in squares.items()}
+    good = shapes._as_good(squares, shapes.DOUBTED)
+    top = max(smoothness(shape, 2) for shape in good)
+    alike = [shape for shape in good if smoothness(shape, 2) * shapes.ALIKE >= top]
+    assert biased not in good
+    assert shapes._pick_one(squares, places, 2) == 400 * [min(alike, key=lambda shape: squares[shape].mean())]
+
+
+def test_a_noisy_sheet_bent_alike_everywhere_gets_one_shape_of_wide_neighbourhoods():
+    rng = np.random.default_rng(0)
+    u = rng.uniform(-1, 1, (1000, 2))
+    bent = 0.2 * (u**2).sum(1) + 0.05 * u[:, 0] ** 3
+    x = clouds.normalised(np.column_stack([u, bent]) + 0.02 * rng.normal(size=(1000, 3)))
+    found = choose_shapes(x, None, 2, (1, LARGEST), 0, 1, silent)
+    assert len(found.shapes) == 1
+    assert found.shapes[0].neighbours > shapes.MOST * 1000
+    assert found.shapes[0].degree >= 2
 
 
 def test_recordings_are_left_out_whole():

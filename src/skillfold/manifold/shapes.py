@@ -20,7 +20,7 @@ DEGREES = (1, 2, 3, 4)
 MOST_TERMS = 40  # of a polynomial of degree 3 or more
 GROWTH = 1.5  # from one neighbourhood size to the next
 SNAPPED = 1.25  # times the next size: a degree that starts no later starts there
-LARGEST = 600  # neighbourhood tried, for samples that are not many
+LARGEST = 1000  # neighbourhood tried, for samples that are not many
 SCREENED = 100  # samples that every candidate predicts
 COMPARED = 1500  # samples that the better candidates predict,
 FEWER, WORK = 300, 350_000  # or as many as times the terms squared make so much, but not fewer than that
@@ -32,6 +32,8 @@ BESIDE = 1  # recordings that should be within reach of each sample
 ACROSS = 6.0  # times the distance to them that neighbourhoods of recordings span at least
 USUAL = 0.75  # quantile of the errors above which a sample is none of the usual ones
 AROUND = 50  # left-out samples around a place that its shape is chosen by
+MOST = 0.5  # of the samples: where neighbourhoods of more contend, one shape serves everywhere
+ALIKE = 1.25  # times the samples a coefficient: hardly smoother, as the next size of the same degree would be
 RARE = 0.05  # share of samples that a high degree must serve: every anchor pays for its terms in every query
 WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
 
@@ -146,8 +148,9 @@ def choose_shapes(
     Around each sample, among candidates that cannot be told from the best there (by the standard error of the
     paired difference) the one with most samples a coefficient is taken: it averages noise best. Folds ask for
     smaller neighbourhoods than flat parts. So few samples around would not tell a bias that is everywhere, though:
-    candidates smoother than any that predicts the usual sample well are out. Recordings get one shape: what they
-    are off by is how they differ from each other, not a fold.
+    candidates smoother than any that predicts the usual sample well are out. Where neighbourhoods of most samples
+    contend, one shape is chosen by all errors: it would serve far beyond the few around. Recordings get one shape,
+    too: what they are off by is how they differ from each other, not a fold.
 
     Args:
         samples: (N, D).
@@ -178,13 +181,15 @@ def choose_shapes(
     squares |= _compare(comparison, good)
     limit = _smoothest_usual({s: squares[s] for s in good}, dim)
     smooth = [s for s in good if smoothness(s, dim) <= limit]
-    reach = AROUND if groups is None else len(comparison.chosen)
-    picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
+    places = samples[comparison.chosen]
+    wide = max(s.neighbours for s in smooth) > MOST * len(samples)
+    pick = _pick if groups is None and not wide else _pick_one
+    picked = pick({s: squares[s] for s in smooth}, places, dim)
     # A high degree that hardly any sample asks for is not worth its terms at every anchor.
     common = np.quantile([s.degree for s in picked], 1.0 - RARE, method="higher")
     if max(s.degree for s in smooth) > common:
         smooth = [s for s in smooth if s.degree <= common]
-        picked = _pick({s: squares[s] for s in smooth}, samples[comparison.chosen], dim, reach)
+        picked = pick({s: squares[s] for s in smooth}, places, dim)
     shapes = sorted(set(picked))
     taken = np.array([shapes.index(s) for s in picked])
     own = np.array([squares[s][i] for i, s in enumerate(picked)])
@@ -255,20 +260,26 @@ def _smoothest_usual(squares: dict[Shape, Array], dim: int) -> float:
     return max(smoothness(s, dim) for s in _as_good(usual, DOUBTED))
 
 
-def _pick(squares: dict[Shape, Array], places: Array, dim: int, reach: int) -> list[Shape]:
+def _pick(squares: dict[Shape, Array], places: Array, dim: int) -> list[Shape]:
     """For each of n places the smoothest candidate that is as good as the best around it.
 
     Args:
         squares: (n,) squared errors of each candidate.
         places: (n, D) of the samples that the errors are of.
         dim: d.
-        reach: places around each whose errors are averaged; where it is all of them, all get the same.
     """
-    everywhere = reach >= len(places)
-    around = np.arange(len(places))[None] if everywhere else nearest(places, places, reach)
+    around = nearest(places, places, min(AROUND, len(places)))
     shapes, local = list(squares), np.array(list(squares.values()))[:, around]
     difference = local - local[local.mean(2).argmin(0), np.arange(len(around))]
     as_good = difference.mean(2) <= DOUBTED * difference.std(2) / np.sqrt(around.shape[1])
     samples_a_term = np.array([smoothness(s, dim) for s in shapes])
     best = np.where(as_good, samples_a_term[:, None], -1.0).argmax(0)
-    return [shapes[i] for i in np.broadcast_to(best, len(places))]
+    return [shapes[i] for i in best]
+
+
+def _pick_one(squares: dict[Shape, Array], places: Array, dim: int) -> list[Shape]:
+    """The same for all places, by all errors: these tell which predicts best of those that are about as smooth."""
+    good = _as_good(squares, DOUBTED)
+    limit = max(smoothness(s, dim) for s in good) / ALIKE
+    best = min((s for s in good if smoothness(s, dim) >= limit), key=lambda s: float(squares[s].mean()))
+    return [best] * len(places)
