@@ -10,7 +10,7 @@ import numpy as np
 
 from skillfold.jit import inlined, inner
 from skillfold.manifold.kernels.neighbours import smallest
-from skillfold.manifold.kernels.newton import step_back
+from skillfold.manifold.kernels.newton import descend
 from skillfold.manifold.kernels.scratch import Scratch, evaluate
 from skillfold.manifold.kernels.small import norm, solve_in_place
 from skillfold.manifold.kernels.surface import Flags
@@ -114,30 +114,32 @@ def draw_in(spacing: float, points: Array, tolerance: float, scratch: Scratch, o
     """
     rows, d = matrix(scratch.model, ROWS), scratch.bases.shape[1]
     k = min(HULL + A_DIMENSION * d, len(rows))
-    around, squares = np.empty(k, np.int64), np.empty(k)
+    known, around, squares = min(scratch.around.shape[1], k), np.empty(k, np.int64), np.empty(k)
     offsets, inward, short = np.empty((k, d)), np.empty(d), SHORT * spacing
-    within, back = ~on, np.ones(len(points), np.bool_)
+    within, moved = ~on, False
     for _ in range(TURNS):
         evaluate(points, scratch)
         for i in range(len(points)):
             if not within[i]:
                 # Amid those that are known already it needs no look at all.
-                known = scratch.around[i, : min(scratch.around.shape[1], k)]
-                within[i] = is_amid(rows, known, points[i], scratch.bases[i], short, offsets[: known.size], inward)
+                for j in range(known):
+                    around[j] = scratch.around[i, j]
+                within[i] = is_amid(rows, around[:known], points[i], scratch.bases[i], short, offsets[:known], inward)
                 if not within[i]:
                     look_around(matrix(scratch.model, POINTS), points[i], scratch.distances, around, squares)
                     within[i] = is_amid(rows, around, points[i], scratch.bases[i], short, offsets, inward)
                 if not within[i]:
-                    back[i] = False
+                    moved = True
                     for c in range(points.shape[1]):
                         points[i, c] -= scratch.normals[i, c]
                         for a in range(d):
                             points[i, c] += inward[a] * scratch.bases[i, a, c]
         if within.all():
             break
-    step_back(points, tolerance, scratch, back)
-    for i in range(len(points)):
-        on[i] = on[i] and back[i]
+    if moved:
+        met = descend(np.inf, np.inf, np.inf, points, points, tolerance, 0.0, scratch)
+        for i in range(len(points)):
+            on[i] = on[i] and met[i]
 
 
 @inlined
