@@ -6,6 +6,7 @@ import numba
 
 from skillfold.manifold.kernels import acceleration as _acceleration
 from skillfold.manifold.kernels import detours as _detours
+from skillfold.manifold.kernels import edges as _edges
 from skillfold.manifold.kernels import frames as _frames
 from skillfold.manifold.kernels import geodesic as _geodesic
 from skillfold.manifold.kernels import leaf as _leaf
@@ -41,6 +42,5 @@ def callable_of(module):
 acceleration, geodesic, neighbours = map(callable_of, (_acceleration, _geodesic, _neighbours))
 newton, projection, small = map(callable_of, (_newton, _projection, _small))
 scratch_memory, surface, tangents = map(callable_of, (_scratch, _surface, _tangents))
-detours, frames, leaf, pushes, springs, trees, walking = map(
-    callable_of, (_detours, _frames, _leaf, _pushes, _springs, _trees, _walking)
-)
+detours, edges, frames, leaf = map(callable_of, (_detours, _edges, _frames, _leaf))
+pushes, springs, trees, walking = map(callable_of, (_pushes, _springs, _trees, _walking))

@@ -33,6 +33,17 @@ def test_of_recordings_most_states_find_the_manifold(recorded):
     assert np.mean(recorded.distance(on) < 1e-8 * recorded.model.scale) > 0.9
 
 
+def test_far_states_go_no_farther_out_than_the_demonstrations():
+    """The learnt surface goes on beyond them, but what a state far off it means is within."""
+    rng = np.random.default_rng(3)
+    u = rng.uniform(0.0, 1.0, (500, 2))
+    skill = fit(np.column_stack([u, 0.1 * np.sin(9.0 * u[:, 0]) * np.cos(9.0 * u[:, 1])]), 2)
+    far = np.column_stack([rng.uniform(-1.0, 2.0, (100, 2)), rng.uniform(1.0, 2.0, 100)])
+    on = skill.project(far)
+    assert on[:, :2].min() > u.min() - 2e-3
+    assert on[:, :2].max() < u.max() + 2e-3
+
+
 def foot(skill, state):
     """Straight steps back onto the surface from the sure anchor nearest to a state, what is free as in the state.
 

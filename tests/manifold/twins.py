@@ -8,6 +8,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy.linalg import block_diag
+from scipy.optimize import nnls
 
 BLENDED = 8
 REACH = 1.5
@@ -152,6 +153,25 @@ def starts(surface, trust, state):
     return sure[:wanted] if len(sure) >= wanted else order[:wanted]
 
 
+def nearest_in_hull(points):
+    """Point of the convex hull of points (k, d) nearest to the origin: the free length of the shares drops out."""
+    shares = nnls(np.vstack([points.T, np.ones(len(points))]), np.eye(points.shape[1] + 1)[-1])[0]
+    return shares @ points / shares.sum()
+
+
+def draw_in(surface, field, spacing, point):
+    """A point of the surface brought along it into the hull of the anchors around, and whether it is still on it."""
+    rows, begun = surface.points.T, point
+    for _ in range(8):
+        normal, basis, _, _ = displacement(surface, field, point)
+        around = rows[np.argsort(((rows - point) ** 2).sum(1), kind="stable")[: 12 + 4 * len(basis)]]
+        inward = nearest_in_hull((around - point) @ basis.T)
+        if np.linalg.norm(inward) <= 0.02 * spacing:
+            break
+        point = point + inward @ basis - normal
+    return (point, True) if point is begun else step_back(surface, field, point, 1e-10)
+
+
 def project_state(surface, field, trust, state):
     """The closest trusted point of the surface, and whether one was met."""
     order, _ = nearest(surface.points, state)
@@ -173,6 +193,8 @@ def project_state(surface, field, trust, state):
     if rough:
         best = min(rough, key=lambda point: np.linalg.norm(state - point))
         best, settled = descend(*within, best)
+        if settled:
+            best, settled = draw_in(surface, field, trust.spacing, best)
         if settled and (not met or np.linalg.norm(state - best) < np.linalg.norm(state - foot)):
             return best, True
     return (foot, True) if met else (anchors[0], False)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import inlined, inner, njit
+from skillfold.manifold.kernels.edges import draw_in, look_around
 from skillfold.manifold.kernels.neighbours import smallest
 from skillfold.manifold.kernels.newton import begin_at, carry, descend
 from skillfold.manifold.kernels.scratch import STARTS, Scratch, evaluate, make_scratch
@@ -30,11 +31,7 @@ def find_starts(
     points: Array, spacing: float, sure: Flags, state: Array, distances: Array, starts: Indices, squares: Array
 ) -> None:
     """The nearest sure anchors into `starts`; simply the nearest ones where sure ones are few around."""
-    distances[:] = 0.0
-    for c in range(state.size):
-        for i in range(distances.size):
-            distances[i] += (state[c] - points[c, i]) ** 2
-    smallest(distances, starts, squares)
+    look_around(points, state, distances, starts, squares)
     enough = (np.sqrt(squares[0]) + AROUND * spacing) ** 2
     count = 0
     for i in range(sure.size):
@@ -50,7 +47,8 @@ def find_starts(
 def project_far(trust: Trust, states: Array, out: Array, scratch: Scratch) -> Flags:
     """The closest trusted points to states (n, D) into `out`, and whether the surface was met (n,).
 
-    From the nearest sure anchors of each, within what is trusted, and no farther than to the foot of the nearest.
+    From the nearest sure anchors of each, within what is trusted, no farther out than the demonstrations and no
+    farther than to the foot of the nearest.
     """
     n, D = states.shape
     S, t = scratch.starts.size, scratch.model
@@ -84,6 +82,7 @@ def project_far(trust: Trust, states: Array, out: Array, scratch: Scratch) -> Fl
                 copy(points[j], best[i])
         begin_at(neighbours, scratch, i, anchors[chosen])
     settled = descend(far, doubt, cap, states, best, TOLERANCE, STEPS, scratch)
+    draw_in(trust.spacing, best, TOLERANCE, scratch, settled)
     for i in range(n):
         begin_at(neighbours, scratch, i, anchors[i * S])
         copy(feet[i], out[i])
