@@ -124,16 +124,15 @@ def usual(model: Model) -> float:
 
 def onto(model: Model, space: StateSpace, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
-    near = usual(model)
-    if seem_off(model, states).max() <= near:
-        return states, np.zeros(len(states)), True
-    distance = OnManifold(model, near).distance(states)
-    off, onto = distance > near, states.copy()
+    near, onto = usual(model), states.copy()
+    off = seem_off(model, states) > near
     if not off.any():
         return states, np.zeros(len(states)), True
-    onto[off], inside = project_anchored(model, states[off])
-    onto[off] = within_limits(model, onto[off], space)
-    return onto, np.linalg.norm(onto - states, axis=1), bool(inside.all())
+    feet, supported = project_anchored(model, states[off])
+    far = np.linalg.norm(feet - states[off], axis=1) > near
+    off[off] = far
+    onto[off] = within_limits(model, feet[far], space)
+    return onto, np.linalg.norm(onto - states, axis=1), bool(supported[far].all())
 
 
 def shares(states: Array, points: int) -> list[int]:

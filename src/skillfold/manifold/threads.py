@@ -4,6 +4,7 @@ Plain threads: for work of milliseconds joblib's own scheduling would cost more 
 of joblib all the same where the user has set one.
 """
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
@@ -38,9 +39,18 @@ def in_parts(work: Callable[[slice], T], count: int, jobs: int) -> list[T]:
     parts = [slice(a, b) for a, b in pairwise(np.linspace(0, count, workers + 1).astype(int).tolist())]
     if workers == 1:
         return [work(parts[0])]
-    with ThreadPoolExecutor(workers - 1) as pool:
-        others = pool.map(work, parts[1:])
-        return [work(parts[0]), *others]
+    others = _helpers(workers - 1).map(work, parts[1:])
+    return [work(parts[0]), *others]
+
+
+@cache
+def _helpers(count: int) -> ThreadPoolExecutor:
+    """Threads that stay: to start them takes as long as some parts."""
+    return ThreadPoolExecutor(count)
+
+
+if hasattr(os, "register_at_fork"):  # a child process has none of its parent's threads
+    os.register_at_fork(after_in_child=_helpers.cache_clear)
 
 
 def in_turn(work: Callable[..., T], cases: Sequence[tuple], jobs: int) -> Iterator[T]:
