@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from functools import cache
 from itertools import pairwise
+from threading import current_thread
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,6 +20,7 @@ from threadpoolctl import ThreadpoolController
 
 T = TypeVar("T")
 
+HELPER = "skillfold helper"
 FEWEST = 32  # rows a thread: fewer are done sooner than it starts
 
 
@@ -37,8 +39,8 @@ def in_parts(work: Callable[[slice], T], count: int, jobs: int) -> list[T]:
     """Results of work on consecutive parts of `count` rows, one part a thread."""
     workers = min(effective_n_jobs(jobs), -(-count // FEWEST))
     parts = [slice(a, b) for a, b in pairwise(np.linspace(0, count, workers + 1).astype(int).tolist())]
-    if workers == 1:
-        return [work(parts[0])]
+    if workers == 1 or current_thread().name.startswith(HELPER):  # who helps must not wait for help
+        return [work(part) for part in parts]
     others = _helpers(workers - 1).map(work, parts[1:])
     return [work(parts[0]), *others]
 
@@ -46,7 +48,7 @@ def in_parts(work: Callable[[slice], T], count: int, jobs: int) -> list[T]:
 @cache
 def _helpers(count: int) -> ThreadPoolExecutor:
     """Threads that stay: to start them takes as long as some parts."""
-    return ThreadPoolExecutor(count)
+    return ThreadPoolExecutor(count, HELPER)
 
 
 if hasattr(os, "register_at_fork"):  # a child process has none of its parent's threads
