@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from skillfold.manifold.kernels import patches as kernels
-from skillfold.manifold.kernels.spectra import principal_rows
 from skillfold.manifold.nearest import nearest
 from skillfold.manifold.polynomials import Monomials, design, monomials, terms_of
 from skillfold.manifold.threads import in_parts
@@ -57,7 +56,8 @@ class LocalSurfaces:
 
 def _principal_frames(samples: Array, centres: Array, neighbours: Indices) -> Array:
     """Principal directions of the weighted neighbours as rows, the widest first; (M, D, D)."""
-    return principal_rows(kernels.scatters(samples, centres, neighbours))
+    vectors = np.linalg.eigh(kernels.scatters(samples, centres, neighbours))[1]
+    return np.ascontiguousarray(np.swapaxes(vectors[:, :, ::-1], 1, 2))
 
 
 def _layout(dim: int, degrees: Sequence[int]) -> tuple[Monomials, int, Indices]:

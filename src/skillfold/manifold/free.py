@@ -15,7 +15,6 @@ from scipy.spatial import KDTree
 from skillfold.manifold.anchors import held_out_residuals, nearest_others
 from skillfold.manifold.dimension import choose_dimension
 from skillfold.manifold.free_slopes import without_slope
-from skillfold.manifold.kernels.spectra import principal_rows
 from skillfold.manifold.shapes import spread_out
 from skillfold.manifold.table import Trial
 from skillfold.manifold.threads import in_parts
@@ -57,8 +56,8 @@ def _normals(samples: Array, metric: Array, codim: int, chosen: Indices, jobs: i
     def normals(part: slice) -> Array:
         around = scaled[tree.query(scaled[chosen[part]], k)[1]]
         centred = around - around.mean(1, keepdims=True)
-        rows = principal_rows(np.swapaxes(centred, 1, 2) @ centred)[:, -codim:]
-        return np.linalg.qr(metric @ np.swapaxes(rows, 1, 2))[0]
+        vectors = np.linalg.eigh(np.swapaxes(centred, 1, 2) @ centred)[1]
+        return np.linalg.qr(metric @ vectors[:, :, :codim])[0]
 
     return np.concatenate(in_parts(normals, len(chosen), jobs))
 
