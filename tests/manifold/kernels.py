@@ -44,3 +44,10 @@ newton, projection, small = map(callable_of, (_newton, _projection, _small))
 scratch_memory, surface, tangents = map(callable_of, (_scratch, _surface, _tangents))
 detours, edges, frames, leaf = map(callable_of, (_detours, _edges, _frames, _leaf))
 pushes, springs, trees, walking = map(callable_of, (_pushes, _springs, _trees, _walking))
+
+
+def evaluated(model, states):
+    """Scratch memory in which a model was evaluated at states (n, D)."""
+    scratch = scratch_memory.make_scratch(model.table, len(states))
+    scratch_memory.evaluate(states, scratch)
+    return scratch

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from manifold.kernels import scratch_memory
+from manifold.kernels import evaluated, scratch_memory
 from manifold.random_models import SHAPES, random_model
 from skillfold.manifold.kernels.scratch import SLOTS, evaluator
 from skillfold.manifold.kernels.surface import Field
@@ -16,12 +16,6 @@ from skillfold.manifold.polynomials import monomials
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
 def model(request):
     return random_model(7, *request.param)
-
-
-def evaluated(model, states):
-    scratch = scratch_memory.make_scratch(model.table, len(states))
-    scratch_memory.evaluate(states, scratch)
-    return scratch
 
 
 def test_make_scratch(model):

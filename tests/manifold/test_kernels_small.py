@@ -80,6 +80,15 @@ def test_clear(rows_and_rng):
     assert left == pytest.approx((expected**2).sum(), abs=1e-13)
 
 
+def test_take_off(rows_and_rng):
+    """What is taken off and what is left are the whole, by Pythagoras."""
+    rows, rng = rows_and_rng
+    basis = np.vstack([rows, rng.normal(size=rows.shape[1])])
+    last = basis[-1].copy()
+    assert small.take_off(basis, len(rows)) == pytest.approx(((rows @ last) ** 2).sum(), rel=1e-12)
+    np.testing.assert_allclose(basis[-1], last - rows.T @ rows @ last, atol=1e-13)
+
+
 @pytest.mark.parametrize("share", [1.0, 1e-6, 0.0])
 def test_mend(rows_and_rng, share):
     """A row that is nearly along those before is kept, one that vanishes is an axis; both across those before."""

@@ -4,19 +4,13 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from manifold.kernels import scratch_memory, surface
+from manifold.kernels import evaluated, surface
 from manifold.random_models import SHAPES, random_model
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
 def model(request):
     return random_model(7, *request.param)
-
-
-def evaluated(model, states):
-    scratch = scratch_memory.make_scratch(model.table, len(states))
-    scratch_memory.evaluate(states, scratch)
-    return scratch
 
 
 def test_blend(model):

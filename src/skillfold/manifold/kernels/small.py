@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.jit import inner
+from skillfold.jit import inlined, inner
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -54,14 +54,7 @@ def orthonormalise(basis: Array) -> bool:
         before = 0.0
         for c in range(basis.shape[1]):
             before += basis[a, c] ** 2
-        after = before
-        for b in range(a):
-            s = 0.0
-            for c in range(basis.shape[1]):
-                s += basis[a, c] * basis[b, c]
-            for c in range(basis.shape[1]):
-                basis[a, c] -= s * basis[b, c]
-            after -= s * s
+        after = before - take_off(basis, a)
         # Where little is left, rounding has spoilt it.
         if not (after > 0.25 * before and after > NOTHING):
             after, kept = mend(basis, a, before)
@@ -90,13 +83,22 @@ def mend(basis: Array, a: int, before: float) -> tuple:
 @inner
 def clear(basis: Array, a: int) -> float:
     """Take off row a what lies along the rows before it; the squared length it is left with."""
+    take_off(basis, a)
+    return square(basis[a])
+
+
+@inlined
+def take_off(basis: Array, a: int) -> float:
+    """The same; the squared length that was taken off, by Pythagoras."""
+    off = 0.0
     for b in range(a):
         s = 0.0
         for c in range(basis.shape[1]):
             s += basis[a, c] * basis[b, c]
         for c in range(basis.shape[1]):
             basis[a, c] -= s * basis[b, c]
-    return square(basis[a])
+        off += s * s
+    return off
 
 
 @inner
