@@ -25,6 +25,7 @@ FLOORS = [
         "alignment",
         "consistency",
         "crossings",
+        "worst",
     },
     {"robots", "planning"},
     {"manifold", "keyframes"},

@@ -12,6 +12,7 @@ import numpy as np
 from skillfold.clearance import Clearance
 from skillfold.motion import is_finite
 from skillfold.spaces import StateSpace
+from skillfold.worst import worst_places
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -92,10 +93,8 @@ def check_path(
     looked, places = (states, range(len(states))) if obstacles is None else _looked_at(states, obstacles)
     distance, outside = map(np.asarray, constraint.judge(looked))
     over = distance if obstacles is None else distance - _sag(states, np.asarray(places))
-    moves = states[1:] - states[:-1]
-    steps = np.sqrt(np.einsum("ic,ic->i", moves, moves))
-    a, b, c, length = int(over.argmax()), int(outside.argmax()), int(steps.argmax()), float(steps.sum())
-    jump = float(steps[c]) / max(length / len(steps), 1e-300)
+    a, b, c, longest, length = worst_places(over, outside, states)
+    jump = longest / max(length / (len(states) - 1), 1e-300)
     allowed = max(OUTSIDE, 1.5 * float(outside[0]), 1.5 * float(outside[-1]))
     clear = NO_END if obstacles is None else np.atleast_1d(obstacles.clearance(looked))
     broken = _breaks_limits(looked, space, obstacles)
@@ -105,7 +104,7 @@ def check_path(
         reason = f"State {places[a]:.4g} lies {distance[a]:.2g} off the manifold, more than {tolerance:.2g}."
     elif not outside[b] <= allowed:
         reason = f"State {places[b]:.4g} lies outside the demonstrations, {outside[b]:.1f} times as far as is usual."
-    elif not (jump <= JUMP or steps[c] <= still):
+    elif not (jump <= JUMP or longest <= still):
         reason = f"The path jumps after state {c}, {jump:.1f} times its mean step."
     elif broken is not None:
         reason = f"State {places[broken]:.4g} breaks the limits of its coordinates."

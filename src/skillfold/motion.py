@@ -10,6 +10,13 @@ from skillfold.errors import InputError
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
+_FLOAT64 = np.dtype(np.float64)
+
+
+def is_real(values: Any) -> bool:
+    """Whether these are an array of float64 already, and nothing that NumPy would have to look into."""
+    return type(values) is np.ndarray and values.dtype is _FLOAT64
+
 
 def is_finite(values: Array) -> bool:
     """Whether all numbers are finite: most often their sum of squares is, which is told sooner."""
@@ -17,18 +24,26 @@ def is_finite(values: Array) -> bool:
 
 
 def _frozen(values: Any, name: str, ndim: int) -> Array:
-    expected = f"{name}: expected {ndim} dimensions of finite numbers"
+    """A copy that cannot be written to, if these are finite numbers in that many dimensions."""
+    array = values.copy() if is_real(values) else _numbers(values, name, ndim)
+    if array.ndim != ndim or not is_finite(array):
+        raise InputError(f"{_wanted(name, ndim)}, got shape {array.shape}.")
+    array.flags.writeable = False
+    return array
+
+
+def _numbers(values: Any, name: str, ndim: int) -> Array:
     try:
         given = np.asarray(values)
     except (TypeError, ValueError):
-        raise InputError(f"{expected}, got ragged rows.") from None
+        raise InputError(f"{_wanted(name, ndim)}, got ragged rows.") from None
     if given.size and given.dtype.kind not in "iuf":  # text, flags, complex numbers
-        raise InputError(f"{expected}, got an array of {given.dtype}.")
-    array = np.array(given, dtype=np.float64)
-    if array.ndim != ndim or not is_finite(array):
-        raise InputError(f"{expected}, got shape {array.shape}.")
-    array.flags.writeable = False
-    return array
+        raise InputError(f"{_wanted(name, ndim)}, got an array of {given.dtype}.")
+    return np.array(given, dtype=np.float64)
+
+
+def _wanted(name: str, ndim: int) -> str:
+    return f"{name}: expected {ndim} dimensions of finite numbers"
 
 
 @dataclass(frozen=True)

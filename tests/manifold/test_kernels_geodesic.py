@@ -6,6 +6,8 @@ import pytest
 from manifold import twins
 from manifold.kernels import geodesic, projection, scratch_memory
 from manifold.random_models import SHAPES, random_model
+from skillfold.manifold.kernels.scratch import evaluator
+from skillfold.manifold.kernels.tabled import tabled
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -156,3 +158,19 @@ def test_solve_geodesic_from_a_first_path(model, ends):
         geodesic.resample(first, expected)
         assert geodesic.relax(expected, 1e-9, 0.3, 100, 1.0, False, 1.0, room(model, len(expected)))[0] == found[0]
         np.testing.assert_allclose(path, expected, atol=1e-8)
+
+
+def test_solve_inner_is_solve_geodesic_in_other_coordinates(model, ends):
+    """Of states with one coordinate more, which is free."""
+    D = len(ends[0][0])
+    rng = np.random.default_rng(5)
+    kept, centre = np.linalg.qr(rng.normal(size=(D + 1, D)))[0], rng.normal(size=D + 1)
+    table = tabled(model.surface, model.field, centre, kept, 2.5, evaluator())
+    for start, goal in ends:
+        first = bent(start, goal, 7, model.rng)
+        inner, path = np.empty((30, D)), np.empty((30, D + 1))
+        settings = 1e-9, 0.3, 100, False, 1.0
+        found = geodesic.solve_inner(first, 0.1, inner, *settings, room(model, 30))
+        states = centre + 2.5 * first @ kept.T
+        assert geodesic.solve_geodesic(table.entries, states, 0.1, path, *settings)[0] == found[0]
+        np.testing.assert_allclose(path, centre + 2.5 * inner @ kept.T, atol=1e-8)

@@ -59,3 +59,21 @@ def test_moved():
     table = tabled.tabled(model.surface, model.field, rng.normal(size=4), kept, 2.5, evaluator())
     expected = states + 2.5 * (points - inner) @ kept.T
     np.testing.assert_allclose(moved(table.entries, states, inner, points), expected, atol=1e-14)
+
+
+@numba.njit
+def decoded(t, start, goal, inner, path):
+    tabled.decode_path(t, start, goal, inner, path)
+
+
+def test_decode_path():
+    """Its inner coordinates are those given, and what is free goes straight."""
+    rng = np.random.default_rng(7)
+    model = random_model(3, *SHAPES[2])
+    kept, centre = np.linalg.qr(rng.normal(size=(4, 3)))[0], rng.normal(size=4)
+    (start, goal), inner, path = rng.normal(size=(2, 4)), rng.normal(size=(6, 3)), np.empty((6, 4))
+    table = tabled.tabled(model.surface, model.field, centre, kept, 2.5, evaluator())
+    decoded(table.entries, start, goal, inner, path)
+    np.testing.assert_allclose((path - centre) @ kept / 2.5, inner, atol=1e-14)
+    free = np.eye(4) - kept @ kept.T
+    np.testing.assert_allclose(path @ free, np.linspace(start, goal, 6) @ free, atol=1e-14)

@@ -211,7 +211,7 @@ def _compiled(progress: Progress) -> Iterator[None]:
         poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
         reaching, _ = _learn(poses, dim=2, kernels=5)
         progress("compiling (once on each machine): planning", 0.2)
-        geodesic(reaching.model, reaching.model.encode(poses[:2]), len(poses))
+        geodesic(reaching.model, poses[:2], len(poses))
     with TemporaryDirectory() as folder:
         file = Path(folder) / "reaching.npz"
         reaching.save(file)

@@ -99,8 +99,8 @@ def _leg(terrain: Terrain, ends: Array, spacing: float, query: Query) -> Leg:
         path, steps = renewed(terrain, onward, spacing)
         if len(path):
             return Leg(path, "renewed", steps, True, perf_counter() - begun)
-    found = geodesic(model, model.encode(ends), FIRST)
-    shortest = terrain.coordinates(model.path(ends[0], ends[1], found.states))
+    found = geodesic(model, ends, FIRST)
+    shortest = terrain.coordinates(found.states)
     at = terrain.first_blocked(shortest)
     if method == "geodesic" or (at < 0 and found.converged):
         dense, settled = terrain.settled(shortest, states_for(shortest, spacing), smooth=True)

@@ -23,10 +23,10 @@ CAP = 0.3  # longest step of a path state in one iteration, in rms radii
 
 @dataclass(frozen=True)
 class Geodesic:
-    """A path in inner coordinates and how it was found.
+    """A path and how it was found.
 
     Attributes:
-        states: (n, D - f).
+        states: (n, D); what is free goes straight.
         iterations: of the relaxation.
         converged: whether its last step was below the tolerance.
         first: "grown" (Algorithm 1), "graph" (over the anchors, where growing did not meet or did not settle) or
@@ -42,19 +42,20 @@ class Geodesic:
 
 
 def geodesic(model: Model, ends: Array, points: int) -> Geodesic:
-    """Between two ends, inner coordinates (2, D - f), which stay as they are.
+    """Between two ends (2, D), which stay as they are but for rounding.
 
     Where the field's tangents lie across the surface somewhere along it, it is solved with the surface's own.
     """
     found = _solved(model, ends, points, "grown")
     if found.converged:
         return found
-    over_anchors = graph_path(model, ends)
+    way = graph_path(model, ends)
+    over_anchors = model.path(ends[0], ends[1], way)
     for first, kind, rate in ((ends, "grown", 1.0), (over_anchors, "graph", 1.0), (over_anchors, "graph", SLOW)):
         found = _solved(model, first, points, kind, True, rate)
         if found.converged:
             return found
-    return Geodesic(_even(over_anchors, points), found.iterations, False, "graph")
+    return Geodesic(_even(model, ends, way, points), found.iterations, False, "graph")
 
 
 def roundabout(model: Model, ends: Array, points: int) -> Geodesic:
@@ -62,13 +63,13 @@ def roundabout(model: Model, ends: Array, points: int) -> Geodesic:
 
     Where recordings spread, anchors lie too thick for a smooth surface: a path that wanders is no improvement.
     """
-    return Geodesic(_even(graph_path(model, ends), points), 0, False, "graph")
+    return Geodesic(_even(model, ends, graph_path(model, ends), points), 0, False, "graph")
 
 
-def _even(way: Array, points: int) -> Array:
+def _even(model: Model, ends: Array, way: Array, points: int) -> Array:
     path = np.empty((points, way.shape[1]))
     resample(way, path)
-    return path
+    return model.path(ends[0], ends[1], path)
 
 
 def leaf_geodesic(model: Model, ends: Array, points: int) -> Geodesic:
@@ -77,9 +78,10 @@ def leaf_geodesic(model: Model, ends: Array, points: int) -> Geodesic:
     Solves the two fixed-point equations of the printed descent together; from the same first path.
     """
     first = geodesic(model, ends, points)
-    path = first.states.copy()
+    path = model.encode(first.states)
     iterations, moved = relax_on_field(model.field, path, LEAF_TOLERANCE, LIMIT)
-    return Geodesic(path, int(iterations), bool(moved < LEAF_TOLERANCE), first.first)
+    states = model.path(ends[0], ends[1], path)
+    return Geodesic(states, int(iterations), bool(moved < LEAF_TOLERANCE), first.first)
 
 
 def _solved(model: Model, first: Array, points: int, kind: str, own: bool = False, rate: float = 1.0) -> Geodesic:
@@ -89,8 +91,8 @@ def _solved(model: Model, first: Array, points: int, kind: str, own: bool = Fals
 
 
 def graph_path(model: Model, ends: Array) -> Array:
-    """The shortest way over neighbouring anchors; (n, D - f), both ends (2, D - f) included."""
-    anchors = model.anchors
+    """The shortest way over neighbouring anchors between ends (2, D), both included; inner coordinates (n, D - f)."""
+    anchors, ends = model.anchors, model.encode(ends)
     first, last = np.asarray(KDTree(anchors).query(ends)[1])
     i, j = model.edges.T
     lengths = np.maximum(np.linalg.norm(anchors[i] - anchors[j], axis=1), 1e-300)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from skillfold.errors import InputError
+from skillfold.motion import is_real
 from skillfold.recordings import LARGEST, shortened
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -21,7 +22,7 @@ def read_states(x: Any, names: Sequence[str]) -> Array:
     Raises:
         InputError: says what was given and what was expected.
     """
-    array = read_numbers(x, "States", f"(..., {len(names)})")
+    array = x if is_real(x) else read_numbers(x, "States", f"(..., {len(names)})")
     if array.ndim == 0 or array.shape[-1] != len(names):
         raise InputError(f"Expected states (..., {len(names)}) of {', '.join(names)}; got shape {array.shape}.")
     # Nothing but numbers passes the comparison, and where the sum of squares is small each of them is.
@@ -38,17 +39,17 @@ def read_states(x: Any, names: Sequence[str]) -> Array:
 
 def read_query(start: Any, goal: Any, via: Any, names: Sequence[str]) -> Array:
     """Start, via points and goal in their order; (2 + m, D)."""
-    ends = [read_states(state, names) for state in (start, goal)]
-    for name, state in zip(("start", "goal"), ends, strict=True):
+    first, last = read_states(start, names), read_states(goal, names)
+    for name, state in ("start", first), ("goal", last):
         if state.ndim != 1:
             raise InputError(f"{name}: expected one state ({len(names)},), got shape {state.shape}.")
     # An empty list has no columns, and is no mistake.
     if via is None or read_numbers(via, "via", f"(m, {len(names)})").size == 0:
-        return np.array(ends)
+        return np.concatenate((first, last)).reshape(2, -1)
     middle = read_states(via, names)
     if middle.ndim > 2:
         raise InputError(f"via: expected states (m, {len(names)}), got shape {middle.shape}.")
-    return np.vstack([ends[0], middle, ends[1]])
+    return np.vstack([first, middle, last])
 
 
 def read_path(near: Any, names: Sequence[str]) -> Array:
@@ -61,7 +62,7 @@ def read_path(near: Any, names: Sequence[str]) -> Array:
 
 def read_numbers(values: Any, what: str, shape: str) -> Array:
     """`values` as float64, if they are real numbers in a rectangular array; `shape` is what to expect, in words."""
-    if type(values) is np.ndarray and values.dtype == np.float64:
+    if is_real(values):
         return values
     try:
         array = np.asarray(values)

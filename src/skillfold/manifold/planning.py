@@ -56,12 +56,12 @@ def plan_geodesic(
         return _plan_led(model, route, space, names, query)
     asked, moved, supported = onto(model, space, query.states)
     counts = shares(asked, query.points)
-    solve, inner = leaf_geodesic if leaf else geodesic, model.encode(asked)
-    parts = [solve(model, inner[i : i + 2], count) for i, count in enumerate(counts)]
+    solve = leaf_geodesic if leaf else geodesic
+    parts = [solve(model, asked[i : i + 2], count) for i, count in enumerate(counts)]
     check, states = _checked(model, space, asked, parts)
     if not check.ok and any(part.own for part in parts):
         safer = [
-            roundabout(model, inner[i : i + 2], len(part.states)) if part.own else part
+            roundabout(model, asked[i : i + 2], len(part.states)) if part.own else part
             for i, part in enumerate(parts)
         ]
         checked, over_anchors = _checked(model, space, asked, safer)
@@ -72,8 +72,7 @@ def plan_geodesic(
 
 def _checked(model: Model, space: StateSpace, asked: Array, parts: list[Geodesic]) -> tuple[Check, Array]:
     """Verdict on the path through the asked states, and its states (n, D)."""
-    legs = [model.path(asked[i], asked[i + 1], part.states) for i, part in enumerate(parts)]
-    states = joined(space, legs, asked, [len(leg) for leg in legs])
+    states = joined(space, [part.states for part in parts], asked, [len(part.states) for part in parts])
     near = usual(model)
     tolerance = near * (1.0 + 1e-9)  # ends that were left where they are keep this too
     return check_path(states, OnManifold(model, tolerance), tolerance, space, near), states
@@ -181,10 +180,11 @@ def _hold(model: Model, states: Array, given: Array, spread: Array) -> Array:
 
 
 def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
-    parts = [f"{_end(int(i), len(moved))} moved {moved[i]:.3g} onto the manifold" for i in moved.nonzero()[0]]
+    ways = moved.tolist()
+    parts = [f"{_end(i, len(ways))} moved {way:.3g} onto the manifold" for i, way in enumerate(ways) if way]
     if not supported:
         parts.append("an end lies far from the demonstrations")
-    firsts = [leg.first for leg in legs]
+    firsts = {leg.first for leg in legs}
     if "graph" in firsts:
         parts.append("first path found over the anchors")
     if "recordings" in firsts:

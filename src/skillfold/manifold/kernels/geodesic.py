@@ -9,7 +9,7 @@ from skillfold.manifold.kernels.acceleration import copy_rows, longest, mix, tak
 from skillfold.manifold.kernels.frames import follow_surface, make_frames
 from skillfold.manifold.kernels.scratch import Scratch, evaluate, make_scratch
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
-from skillfold.manifold.kernels.tabled import surface_at
+from skillfold.manifold.kernels.tabled import decode_path, encode, surface_at
 from skillfold.tables import Indices
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -219,9 +219,8 @@ def refine(coarse: Array, path: Array) -> None:
     copy(coarse[m - 1], path[n - 1])
 
 
-@njit
-def solve_geodesic(
-    t: Indices,
+@inlined
+def solve_inner(
     first: Array,
     step: float,
     path: Array,
@@ -230,14 +229,9 @@ def solve_geodesic(
     limit: int,
     own: bool,
     rate: float,
+    scratch: Scratch,
 ) -> tuple:
-    """Relax a first path (m, D) into `path` (n, D); (iterations, last step).
-
-    Of two states alone the path between them is grown; 0 iterations where they do not meet. Grown paths of many
-    states are relaxed with few of them first, which takes away most of the error at little cost. `t` is the table
-    of the model (see `tabled`), whose inner coordinates these are.
-    """
-    scratch = make_scratch(t, len(path))
+    """`solve_geodesic` in inner coordinates."""
     grow = len(first) == 2
     if grow:
         grown = np.empty((GROWN, first.shape[1]))
@@ -254,3 +248,30 @@ def solve_geodesic(
             return iterations, moved
         refine(now, path)
         now = path
+
+
+@njit
+def solve_geodesic(
+    t: Indices,
+    first: Array,
+    step: float,
+    path: Array,
+    tolerance: float,
+    cap: float,
+    limit: int,
+    own: bool,
+    rate: float,
+) -> tuple:
+    """Relax a first path (m, D) of states into `path` (n, D); (iterations, last step).
+
+    Of two states alone the path between them is grown; 0 iterations where they do not meet. Grown paths of many
+    states are relaxed with few of them first, which takes away most of the error at little cost. `t` is the table
+    of the model (see `tabled`), in whose inner coordinates steps and tolerances are.
+    """
+    begun = encode(t, first)
+    inside = np.empty((len(path), begun.shape[1]))
+    scratch = make_scratch(t, len(path))
+    iterations, moved = solve_inner(begun, step, inside, tolerance, cap, limit, own, rate, scratch)
+    if iterations > 0:
+        decode_path(t, first[0], first[len(first) - 1], inside, path)
+    return iterations, moved

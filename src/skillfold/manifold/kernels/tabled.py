@@ -51,6 +51,23 @@ def moved(t: Indices, states: Array, inner: Array, points: Array) -> Array:
 
 
 @inlined
+def decode_path(t: Indices, start: Array, goal: Array, inner: Array, path: Array) -> None:
+    """States of a path with inner coordinates (n, E), into `path` (n, D); what is free goes straight to the goal."""
+    centre, kept, scale = vector(t, CENTRE), matrix(t, KEPT), vector(t, SCALE)[0]
+    n, D = path.shape
+    for i in range(n):
+        share = i / (n - 1)
+        for c in range(D):
+            path[i, c] = start[c] + share * (goal[c] - start[c])
+        for e in range(kept.shape[1]):
+            step = scale * inner[i, e]
+            for c in range(D):
+                step -= kept[c, e] * (start[c] + share * (goal[c] - start[c]) - centre[c])
+            for c in range(D):
+                path[i, c] += step * kept[c, e]
+
+
+@inlined
 def surface_at(t: Indices) -> Surface:
     """The surface of a table."""
     points = matrix(t, POINTS)
