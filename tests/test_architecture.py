@@ -14,7 +14,7 @@ ROOT = Path(skillfold.__file__).parent
 # Each floor may import from floors above it in this list, and from itself.
 FLOORS = [
     {"errors"},
-    {"ahead", "jit", "spaces", "tables"},
+    {"ahead", "jit", "lanes", "spaces", "tables"},
     {
         "motion",
         "check",
@@ -46,7 +46,8 @@ HOMES = {
     "mujoco": ("robots/", "control/simulate.py"),
     "tyro": ("cli/", "cli.py"),
     "ompl": ("experiments/ompl_peer.py", "experiments/keyframe_ompl.py"),
-    "numba": ("jit.py", "tables.py", "robots/mujoco_calls.py"),
+    "numba": ("jit.py", "lanes.py", "tables.py", "robots/mujoco_calls.py"),
+    "llvmlite": ("lanes.py", "robots/mujoco_calls.py"),
 }
 LINES = 300
 # Of `np.random`, what makes no use of NumPy's one global generator.

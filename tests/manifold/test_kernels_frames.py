@@ -10,6 +10,10 @@ from manifold.kernels import frames, geodesic, scratch_memory
 from manifold.random_models import SHAPES, random_model
 
 
+def room(model, n):
+    return frames.make_frames(model.surface, len(model.field.weights), n)
+
+
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
 def model(request):
     return random_model(29, *request.param)
@@ -28,7 +32,7 @@ def on_surface(model, count):
 def test_follow_surface(model):
     """Twice: the frame of the first time is turned on."""
     states = model.states(7, 0.1)
-    scratch, kept = scratch_memory.make_scratch(model.table, 7), frames.make_frames(model.surface, 7)
+    scratch, kept = scratch_memory.make_scratch(model.table, 7), room(model, 7)
     before = [model.surface.tangents[twins.nearest(model.surface.points, x)[0][0]] for x in states]
     for time in range(2):
         scratch_memory.evaluate(states, scratch)
@@ -46,7 +50,7 @@ def test_tangents_do_not_depend_on_the_field(model):
     states, found = model.states(5, 0.05), []
     for field in (model.field, crossed(model.field)):
         turned = replace(model, field=field)
-        scratch, kept = scratch_memory.make_scratch(turned.table, 5), frames.make_frames(model.surface, 5)
+        scratch, kept = scratch_memory.make_scratch(turned.table, 5), room(model, 5)
         scratch_memory.evaluate(states, scratch)
         frames.follow_surface(model.surface, states, True, scratch, kept)
         found.append((scratch.normals.copy(), scratch.bases.copy()))

@@ -12,7 +12,7 @@ from skillfold.manifold.kernels.scratch import evaluator
 @numba.njit
 def copied(t):
     surface, field = tabled.surface_at(t), tabled.field_at(t)
-    reals = surface.tangents.copy(), surface.bends.copy(), field.weights.copy(), surface.points.copy()
+    reals = surface.charts.copy(), surface.maps.copy(), field.weights.copy(), surface.points.copy()
     rest = surface.rows.copy(), surface.reaches.copy(), surface.radii.copy(), field.centres.copy()
     whole = surface.neighbours.copy(), surface.parents.copy(), surface.factors.copy(), surface.degrees.copy()
     return reals, rest, whole, field.precision
@@ -23,7 +23,7 @@ def test_surface_at_and_field_at(shape):
     model = random_model(3, *shape)
     reals, rest, whole, precision = copied(model.table)
     s, f = model.surface, model.field
-    expected = (s.tangents, s.bends, f.weights, s.points), (s.rows, s.reaches, s.radii, f.centres)
+    expected = (s.charts, s.maps, f.weights, s.points), (s.rows, s.reaches, s.radii, f.centres)
     for found, given in zip((*reals, *rest), (*expected[0], *expected[1]), strict=True):
         np.testing.assert_array_equal(found, given)
     for found, given in zip(whole, (s.neighbours, s.parents, s.factors, s.degrees), strict=True):

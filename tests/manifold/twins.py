@@ -60,7 +60,7 @@ def anchor_displacement(surface, i, x):
     """From anchor i's own surface to x along its normals: (D,)."""
     offset = x - surface.points[:, i]
     exponents = powers(surface.tangents.shape[1], surface.degrees[-1])
-    return offset - surface.bends[i, :, : len(exponents)] @ monomials(exponents, surface.tangents[i] @ offset)
+    return offset - surface.bends[i] @ monomials(exponents, surface.tangents[i] @ offset)
 
 
 def nearest(points, x):
@@ -295,7 +295,7 @@ def follow_surface(surface, x, frame):
         u = u * min(1.0, REACH / max(np.linalg.norm(u), 1e-300))
         ahead = np.array([np.prod((u + h * e) ** exponents, axis=1) for e in np.eye(len(u))])
         behind = np.array([np.prod((u - h * e) ** exponents, axis=1) for e in np.eye(len(u))])
-        slopes += weight * surface.bends[i, :, : len(exponents)] @ ((ahead - behind) / (2.0 * h)).T @ A
+        slopes += weight * surface.bends[i] @ ((ahead - behind) / (2.0 * h)).T @ A
     basis = orthonormalise(frame @ slopes.T)[0]
     normal = sum(w * anchor_displacement(surface, i, x) for i, w in zip(order, weights, strict=False))
     return normal - basis.T @ (basis @ normal), basis, frame

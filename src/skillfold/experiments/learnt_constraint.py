@@ -79,9 +79,10 @@ def _arrays(model: Any, codim: int) -> dict[int, Any]:
         scratch.ORIGINS: room.origins,
         scratch.KNOWN: room.known,
         scratch.DISTANCES: room.distances,
-        scratch.OFFSET: room.offset,
         scratch.ALONG: room.along,
-        scratch.VALUES: room.values,
+        scratch.PLACE: room.place,
+        scratch.ROW: room.row,
+        scratch.COORDINATES: room.coordinates,
         scratch.MONOMIALS: room.monomials,
         scratch.FEATURES: room.features,
     }

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.lanes import padded
 from skillfold.manifold.kernels.projection import GHOST
 from skillfold.manifold.kernels.scratch import evaluator
 from skillfold.manifold.kernels.surface import Field, Surface, Trust
@@ -24,7 +25,6 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 LISTED = 48  # neighbours that each anchor knows
 MANY = 192  # anchors from which on it is faster to ask them than to ask all
-LANES = 8  # numbers that a compiled loop takes at a time
 APART = 0.2  # of the spacing: anchors that disagree by less speak of one sheet
 
 
@@ -136,9 +136,13 @@ def build_surface(
     # Of anchors that coincide, another one may be named first.
     order = np.argsort(neighbours != np.arange(len(rows))[:, None], axis=1, kind="stable")
     neighbours = np.take_along_axis(neighbours, order, 1)
-    padded = np.zeros((*bends.shape[:2], -(-bends.shape[2] // LANES) * LANES))
-    padded[..., : bends.shape[2]] = bends
-    return Surface(points, rows, tangents, padded, neighbours, reach, radii, *table)
+    (M, d, D), P = tangents.shape, bends.shape[2]
+    charts, maps = np.zeros((M, 1 + D, padded(d))), np.zeros((M, 1 + P, padded(D)))
+    charts[:, 0, :d] = -np.einsum("mac,mc->ma", tangents, rows)
+    charts[:, 1:, :d] = np.swapaxes(tangents, 1, 2)
+    maps[:, 0, :D] = rows
+    maps[:, 1:, :D] = np.swapaxes(bends, 1, 2)
+    return Surface(points, rows, charts, maps, neighbours, reach, radii, *table)
 
 
 def trust_in(spacing: float, doubt: float, cap: float, sure: Any) -> Trust:
@@ -153,7 +157,7 @@ def trust_in(spacing: float, doubt: float, cap: float, sure: Any) -> Trust:
 
 
 def as_maps(frames: Array, coefficients: Array, radii: Array) -> tuple[Array, Array]:
-    """Local polynomials as `Surface` wants them: tangents (M, d, D) and bends (M, D, P).
+    """Local polynomials as `build_surface` wants them: tangents (M, d, D) and bends (M, D, P).
 
     Args:
         frames: (M, D, D) orthonormal rows, the first d tangent.

@@ -33,7 +33,7 @@ def pack(model: Model, route: Route | None, facts: dict[str, Any]) -> tuple[dict
     arrays = {
         "points": model.surface.points,
         "tangents": model.surface.tangents,
-        "bends": model.surface.bends[:, :, : len(model.surface.parents)],
+        "bends": model.surface.bends,
         "radii": model.surface.radii,
         "kernels": model.field.centres,
         "precision": np.array(model.field.precision),

@@ -25,20 +25,22 @@ class Frames(NamedTuple):
         frames: (n, d, D) orthonormal rows, the blended tangents of the anchors; they turn with the states.
         turned: (d, D).
         components: (d, d) of a frame's rows along the tangents of an anchor.
-        slopes: (d, P) of the monomials along a frame's rows.
+        monomials, slopes: (P,) at a state and (d, P) along a frame's rows.
     """
 
     frames: Array
     turned: Array
     components: Array
+    monomials: Array
     slopes: Array
 
 
 @inner
-def make_frames(surface: Surface, n: int) -> Frames:
-    """Room for n states."""
-    d, D = surface.tangents.shape[1], surface.points.shape[0]
-    return Frames(np.zeros((n, d, D)), np.empty((d, D)), np.empty((d, d)), np.zeros((d, surface.bends.shape[2])))
+def make_frames(surface: Surface, d: int, n: int) -> Frames:
+    """Room for n states on a surface of dimension d."""
+    D, P = surface.points.shape[0], surface.parents.size
+    turned, components = np.empty((d, D)), np.empty((d, d))
+    return Frames(np.zeros((n, d, D)), turned, components, np.empty(P), np.zeros((d, P)))
 
 
 @inner
@@ -53,7 +55,7 @@ def follow_surface(surface: Surface, states: Array, fresh: bool, scratch: Scratc
     for i in range(len(states)):
         frame = f.frames[i]
         if fresh:
-            copy_frame(surface.tangents[s.nearest[i, 0]], frame)
+            copy_tangents(surface.charts[s.nearest[i, 0]], frame)
         turn(surface, s.nearest[i], s.weights[i], frame, f)
         s.normals[i] = 0.0
         s.bases[i] = 0.0
@@ -61,6 +63,15 @@ def follow_surface(surface: Surface, states: Array, fresh: bool, scratch: Scratc
             add_slopes(surface, s.nearest[i, j], s.weights[i, j], states[i], frame, s.normals[i], s.bases[i], s, f)
         orthonormalise(s.bases[i])
     remove_tangential(s.bases[: len(states)], s.normals, s.along)
+
+
+@inlined
+def copy_tangents(chart: Array, out: Array) -> None:
+    """Copy the tangents (d, D) of an anchor out of its chart."""
+    d, D = out.shape
+    for a in range(d):
+        for c in range(D):
+            out[a, c] = chart[1 + c, a]
 
 
 @inlined
@@ -76,14 +87,14 @@ def turn(surface: Surface, nearest: Indices, weights: Array, frame: Array, f: Fr
     d, D = frame.shape
     f.turned[:] = 0.0
     for j in range(weights.size):
-        tangents, weight = surface.tangents[nearest[j]], weights[j] * surface.radii[nearest[j]] ** 2
+        chart, weight = surface.charts[nearest[j]], weights[j] * surface.radii[nearest[j]] ** 2
         for b in range(d):
             for a in range(d):
                 s = 0.0
                 for c in range(D):
-                    s += tangents[a, c] * frame[b, c]
+                    s += chart[1 + c, a] * frame[b, c]
                 for c in range(D):
-                    f.turned[b, c] += weight * s * tangents[a, c]
+                    f.turned[b, c] += weight * s * chart[1 + c, a]
     copy_frame(f.turned, frame)
     orthonormalise(frame)
 
@@ -101,18 +112,18 @@ def add_slopes(
     f: Frames,
 ) -> None:
     """Add an anchor's share of the displacement (D,), and of what its slopes make of a frame (d, D)."""
-    u, monomials, slopes, tangents = scratch.along, scratch.monomials, f.slopes, surface.tangents[anchor]
-    parents, factors, bends = surface.parents, surface.factors, surface.bends[anchor]
+    u, monomials, slopes = scratch.along, f.monomials, f.slopes
+    parents, factors, chart, map_back = surface.parents, surface.factors, surface.charts[anchor], surface.maps[anchor]
     (d, D), reach = frame.shape, 0.0
     for a in range(d):
         u[a] = 0.0
         for c in range(D):
-            u[a] += tangents[a, c] * (state[c] - surface.rows[anchor, c])
+            u[a] += chart[1 + c, a] * (state[c] - surface.rows[anchor, c])
         reach += u[a] ** 2
         for b in range(d):
             f.components[a, b] = 0.0
             for c in range(D):
-                f.components[a, b] += tangents[a, c] * frame[b, c]
+                f.components[a, b] += chart[1 + c, a] * frame[b, c]
     beyond = max(math.sqrt(reach) / REACH, 1.0)
     for a in range(d):
         u[a] /= beyond
@@ -127,10 +138,10 @@ def add_slopes(
     for c in range(D):
         s = 0.0
         for p in range(monomials.size):
-            s += bends[c, p] * monomials[p]
+            s += map_back[1 + p, c] * monomials[p]
         normal[c] += weight * (state[c] - surface.rows[anchor, c] - s)
         for b in range(d):
             s = 0.0
             for p in range(monomials.size):
-                s += bends[c, p] * slopes[b, p]
+                s += map_back[1 + p, c] * slopes[b, p]
             basis[b, c] += weight * s

@@ -173,7 +173,7 @@ def relax(
     path_changes, step_changes = np.zeros((MEMORY, n, D)), np.zeros((MEMORY, n, D))
     normals, tangents = np.zeros((n, D)), np.zeros((n, d, D))
     surface = surface_at(scratch.model)
-    frames = make_frames(surface, n - 2 if own else 0)
+    frames = make_frames(surface, d, n - 2 if own else 0)
     next_size, size, earlier, iteration, known = np.inf, np.inf, 0.0, 0, 0
     while iteration < limit and next_size >= tolerance:
         evaluate(path[1 : n - 1], scratch)

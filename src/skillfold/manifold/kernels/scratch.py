@@ -12,12 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skillfold.jit import function_at, inner, pointer
+from skillfold.lanes import LANES
 from skillfold.manifold.kernels.neighbours import nearest_anchors
 from skillfold.manifold.kernels.surface import BLENDED, blend, displace
 from skillfold.manifold.kernels.tabled import (
-    BENDS,
     CENTRES,
+    CHARTS,
     EVALUATOR,
+    MAPS,
     NEIGHBOURS,
     PARENTS,
     POINTS,
@@ -48,8 +50,8 @@ STARTS = 4  # anchors from which a far state is projected, besides the state its
 # Of a table of scratch memory, what `evaluate` uses.
 NEAREST, SQUARES, NORMALS, BASES, DOUBTS, BLEND = range(6)
 NEARBY, NEARBY_SQUARES, ORIGINS, KNOWN, DISTANCES = range(6, 11)
-OFFSET, ALONG, VALUES, MONOMIALS, FEATURES = range(11, 16)
-SLOTS = 16
+ALONG, PLACE, ROW, COORDINATES, MONOMIALS, FEATURES = range(11, 17)
+SLOTS = 17
 
 
 class Scratch(NamedTuple):
@@ -83,9 +85,10 @@ class Scratch(NamedTuple):
     distances: Array
     starts: Indices
     start_squares: Array
-    offset: Array
     along: Array
-    values: Array
+    place: Array
+    row: Array
+    coordinates: Array
     monomials: Array
     features: Array
 
@@ -117,10 +120,11 @@ def make_scratch(t: Indices, n: int) -> Scratch:
         np.empty(M),
         np.zeros(min(STARTS, M), np.int64),
         np.empty(min(STARTS, M)),
-        np.empty(D),
         np.empty(d),
-        np.empty(indices(t, PARENTS).size),
-        np.zeros(matrix(t, BENDS).shape[1]),
+        np.zeros(matrix(t, MAPS).shape[1]),
+        np.zeros(max(matrix(t, CHARTS).shape[1], 2 * LANES)),
+        np.ones((d + 1, BLENDED)),
+        np.empty((indices(t, PARENTS).size, BLENDED)),
         np.empty(K),
     )
     enter(s.table, NEAREST, s.nearest, n, m + 1)
@@ -134,10 +138,11 @@ def make_scratch(t: Indices, n: int) -> Scratch:
     enter(s.table, ORIGINS, s.origins, n, D)
     enter(s.table, KNOWN, s.known, 1, n)
     enter(s.table, DISTANCES, s.distances, 1, M)
-    enter(s.table, OFFSET, s.offset, 1, D)
     enter(s.table, ALONG, s.along, 1, d)
-    enter(s.table, VALUES, s.values, 1, s.values.size)
-    enter(s.table, MONOMIALS, s.monomials, 1, s.monomials.size)
+    enter(s.table, PLACE, s.place, 1, s.place.size)
+    enter(s.table, ROW, s.row, 1, s.row.size)
+    enter(s.table, COORDINATES, s.coordinates, d + 1, BLENDED)
+    enter(s.table, MONOMIALS, s.monomials, len(s.monomials), BLENDED)
     enter(s.table, FEATURES, s.features, 1, K)
     return s
 
@@ -180,19 +185,18 @@ def evaluate_in(t: Indices, states: Array, s: Indices, whole: int) -> int:
         normals, along = matrix(s, NORMALS), vector(s, ALONG)
         blend(squares[:n], weights)
         displace(
-            surface.rows,
-            surface.tangents,
-            surface.bends,
+            surface.charts,
+            surface.maps,
             surface.parents,
             surface.factors,
             surface.degrees,
             states,
             nearest,
             weights,
-            vector(s, OFFSET),
-            along,
-            vector(s, VALUES),
-            vector(s, MONOMIALS),
+            vector(s, PLACE),
+            vector(s, ROW),
+            matrix(s, COORDINATES),
+            matrix(s, MONOMIALS),
             normals,
             vector(s, DOUBTS),
         )

@@ -9,7 +9,7 @@ from skillfold.manifold.kernels.surface import Field, Surface
 from skillfold.tables import Array, Indices, Table, address, index_matrix, indices, matrix, reals_at, table_of, vector
 
 # Arrays of `Surface` and `Field`, those of three dimensions with the first two as one; and the way from states.
-POINTS, ROWS, TANGENTS, BENDS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
+POINTS, ROWS, CHARTS, MAPS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
 CENTRES, WEIGHTS, PRECISION, CENTRE, KEPT, SCALE, EVALUATOR = range(10, 17)
 SLOTS = 17
 
@@ -71,12 +71,13 @@ def decode_path(t: Indices, start: Array, goal: Array, inner: Array, path: Array
 def surface_at(t: Indices) -> Surface:
     """The surface of a table."""
     points = matrix(t, POINTS)
-    (D, M), P = points.shape, matrix(t, BENDS).shape[1]
+    D, M = points.shape
+    rows, e, E = 1 + indices(t, PARENTS).size, matrix(t, CHARTS).shape[1], matrix(t, MAPS).shape[1]
     return Surface(
         points,
         matrix(t, ROWS),
-        reals_at(address(t, TANGENTS), (M, matrix(t, TANGENTS).shape[0] // M, D)),
-        reals_at(address(t, BENDS), (M, D, P)),
+        reals_at(address(t, CHARTS), (M, 1 + D, e)),
+        reals_at(address(t, MAPS), (M, rows, E)),
         index_matrix(t, NEIGHBOURS),
         vector(t, REACHES),
         vector(t, RADII),
