@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from skillfold.jit import njit
-from skillfold.lanes import LANES, load, padded, spread, store
+from skillfold.lanes import LANES, larger, load, padded, smaller, spread, store
 
 
 @njit
@@ -22,6 +22,19 @@ def test_arithmetic(shape):
     a, b, out = rng.normal(size=(3, *shape))
     combined(a, b, 0.5, out)
     np.testing.assert_allclose(out, a * b + 0.5 - b, atol=1e-15)
+
+
+@njit
+def compared(a, b, out):
+    store(smaller(load(a, 0), load(b, 0)), out, 0)
+    store(larger(load(a, 0), load(b, 0)), out, 4)
+
+
+def test_the_smaller_and_the_larger():
+    """Of what cannot be compared the first."""
+    a, b, out = np.array([1.0, 5.0, np.nan, -np.inf]), np.array([2.0, -3.0, 1.0, 0.0]), np.zeros(8)
+    compared(a, b, out)
+    np.testing.assert_array_equal(out, [1.0, -3.0, np.nan, -np.inf, 2.0, 5.0, np.nan, 0.0])
 
 
 @njit

@@ -1,8 +1,8 @@
 """Four numbers side by side, in compiled loops: sums over short rows that the compiler does not vectorise by itself.
 
 Rows of three to a dozen numbers are the rule here, and a loop whose length is not known when it is compiled costs
-more than such a row. Filled up with zeros to a multiple of four, one is a few `load`s, and + − × act on all four at
-once. A processor without registers that wide does them two at a time.
+more than such a row. Filled up to a multiple of four, one is a few `load`s, and + − × act on all four at once. A
+processor without registers that wide does them two at a time.
 """
 
 import operator
@@ -69,6 +69,20 @@ def _spread(typing: Any, value: Any) -> Any:
     return _lanes(types.float64), generate
 
 
+def _chosen(comparison: str) -> Any:
+    """The second of two where it compares so with the first, else the first: what is no number stays."""
+
+    def choose(typing: Any, a: Any, b: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            first, second = values
+            return builder.select(builder.fcmp_ordered(comparison, second, first), second, first)
+
+        return _lanes(_lanes, _lanes), generate
+
+    return intrinsic(choose)
+
+
+smaller, larger = _chosen("<"), _chosen(">")
 # Of a contiguous array, of any shape, the four numbers from number `start` on: nobody looks whether there are four.
 load: Any = intrinsic(_load)  # (array, start)
 store: Any = intrinsic(_store)  # (lanes, array, start)

@@ -13,14 +13,10 @@ def model(request):
     return random_model(11, *request.param)
 
 
-def arrays(model):
-    return model.surface, model.field
-
-
 @pytest.mark.parametrize(("rate", "steps"), [(0.1, 300), (0.7, 7), (1.0, 0)])
 def test_follow_leaf(model, rate, steps):
     states, starts = model.states(6, 0.2), model.states(6, 0.0)
-    found = leaf.follow_leaf(model.field, states, starts, rate, steps)
+    found = leaf.follow_leaf(model.table, states, starts, rate, steps)
     expected = [twins.follow_leaf(model.field, *pair, rate, steps) for pair in zip(states, starts, strict=True)]
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
@@ -28,7 +24,11 @@ def test_follow_leaf(model, rate, steps):
 def test_field_bases(model):
     states = model.states(10, 1.0)
     expected = [twins.tangent_basis(model.field, x)[0] for x in states]
-    np.testing.assert_allclose(leaf.field_bases(model.field, states), expected, atol=1e-10)
+    np.testing.assert_allclose(leaf.field_bases(model.table, states), expected, atol=1e-10)
+    K, w = (4 * -(-n // 4) for n in (model.field.centres.shape[1], model.field.weights[:, :, 0].size))
+    found = np.empty((10, *model.field.weights.shape[:2]))
+    leaf.bases_at(model.table, states, np.empty(K), np.empty(w), found)
+    np.testing.assert_allclose(found, expected, atol=1e-10)
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def test_one_step_of_relax_on_field(model, ends, n):
     for start, goal in ends:
         path = bent(start, goal, n, model.rng)
         expected, _, moved = twins.relax_on_field(model.field, path, 0.0, 1)
-        found = leaf.relax_on_field(model.field, path, 0.0, 1)
+        found = leaf.relax_on_field(model.table, path, 0.0, 1)
         assert found == pytest.approx((1, moved), abs=1e-10)
         np.testing.assert_allclose(path, expected, atol=1e-10)
 
@@ -63,7 +63,7 @@ def test_relax_on_field_until_it_settles(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
         expected, iterations, _ = twins.relax_on_field(model.field, path, 1e-9, 50)
-        found = leaf.relax_on_field(model.field, path, 1e-9, 50)
+        found = leaf.relax_on_field(model.table, path, 1e-9, 50)
         assert found[0] == iterations < 50
         np.testing.assert_allclose(path, expected, atol=1e-10)
 

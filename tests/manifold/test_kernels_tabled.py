@@ -11,24 +11,44 @@ from skillfold.manifold.kernels.scratch import evaluator
 
 @numba.njit
 def copied(t):
-    surface, field = tabled.surface_at(t), tabled.field_at(t)
-    reals = surface.charts.copy(), surface.maps.copy(), field.weights.copy(), surface.points.copy()
-    rest = surface.rows.copy(), surface.reaches.copy(), surface.radii.copy(), field.centres.copy()
+    surface = tabled.surface_at(t)
+    reals = surface.charts.copy(), surface.maps.copy(), surface.points.copy()
+    rest = surface.rows.copy(), surface.reaches.copy(), surface.radii.copy()
     whole = surface.neighbours.copy(), surface.parents.copy(), surface.factors.copy(), surface.degrees.copy()
-    return reals, rest, whole, field.precision
+    return reals, rest, whole
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_surface_at_and_field_at(shape):
+def test_surface_at(shape):
     model = random_model(3, *shape)
-    reals, rest, whole, precision = copied(model.table)
-    s, f = model.surface, model.field
-    expected = (s.charts, s.maps, f.weights, s.points), (s.rows, s.reaches, s.radii, f.centres)
+    reals, rest, whole = copied(model.table)
+    s = model.surface
+    expected = (s.charts, s.maps, s.points), (s.rows, s.reaches, s.radii)
     for found, given in zip((*reals, *rest), (*expected[0], *expected[1]), strict=True):
         np.testing.assert_array_equal(found, given)
     for found, given in zip(whole, (s.neighbours, s.parents, s.factors, s.degrees), strict=True):
         np.testing.assert_array_equal(found, given)
-    assert precision == f.precision
+
+
+@numba.njit
+def field_of(t):
+    centres, precision = tabled.matrix(t, tabled.CENTRES).copy(), tabled.vector(t, tabled.PRECISION)[0]
+    return tabled.dimension(t), centres, precision, tabled.matrix(t, tabled.WEIGHTS).copy()
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_the_field_is_filled_up(shape):
+    """With kernels far away that weigh nothing, to multiples of four."""
+    model = random_model(3, *shape)
+    field, (dim, centres, precision, weights) = model.field, field_of(model.table)
+    d, D, K = field.weights.shape
+    assert (dim, precision) == (d, field.precision)
+    assert centres.shape[1] % 4 == weights.shape[1] % 4 == 0
+    np.testing.assert_array_equal(centres[:, :K], field.centres)
+    assert (centres[:, K:] == tabled.NOWHERE).all()
+    np.testing.assert_array_equal(weights[:K, : d * D].T.reshape(d, D, K), field.weights)
+    assert not weights[K:].any()
+    assert not weights[:, d * D :].any()
 
 
 @numba.njit

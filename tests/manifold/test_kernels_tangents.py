@@ -1,11 +1,16 @@
 """The tangent field, against its twin on random models."""
 
+import numba
 import numpy as np
 import pytest
 
 from manifold import twins
 from manifold.kernels import tangents
 from manifold.random_models import SHAPES, random_model
+from skillfold.jit import njit
+from skillfold.lanes import load, store
+from skillfold.manifold import kernels
+from skillfold.manifold.kernels import tabled
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -13,11 +18,29 @@ def model(request):
     return random_model(7, *request.param)
 
 
+@numba.njit
+def kernels_of(t):
+    return tabled.matrix(t, tabled.CENTRES).copy(), tabled.matrix(t, tabled.WEIGHTS).copy()
+
+
 def bases_at(model, states):
-    field, features = model.field, np.empty(model.field.centres.shape[1])
-    bases = np.empty((len(states), field.weights.shape[0], states.shape[1]))
-    assert tangents.tangent_bases(field.centres, field.precision, field.weights, states, features, bases)
+    centres, weights = kernels_of(model.table)
+    bases, memory = np.empty((len(states), len(model.field.weights), states.shape[1])), map(np.empty, weights.shape)
+    assert tangents.tangent_bases(centres, model.field.precision, weights, states, *memory, bases)
     return bases
+
+
+@pytest.mark.parametrize("spread", [0.0, 1.0, 1e4])
+def test_features_at(model, spread):
+    """The largest is 1, and those that fill up are next to nothing."""
+    centres = kernels_of(model.table)[0]
+    states, features = model.states(5, spread), np.empty(centres.shape[1])
+    for i, x in enumerate(states):
+        tangents.features_at(centres, model.field.precision, states, i, np.empty(4), features)
+        square = ((model.field.centres - x[:, None]) ** 2).sum(0)
+        expected = np.exp((square.min() - square) * model.field.precision)
+        np.testing.assert_allclose(features[: len(expected)], expected, rtol=1e-9, atol=1e-16)
+        assert features[len(expected) :].max(initial=0.0) < 1e-16
 
 
 def test_tangent_bases(model):
@@ -33,13 +56,22 @@ def test_tangent_bases_far_away_are_those_of_the_nearest_centre(model):
     np.testing.assert_allclose(bases_at(model, x[None])[0], expected, atol=1e-10)
 
 
-@pytest.mark.parametrize("x", [0.0, -1e-9, -0.3, -1.0, -17.3, -39.9])
-def test_falling(x):
-    assert tangents.falling(x) == pytest.approx(np.exp(x), rel=1e-12)
+@njit
+def all_falling(x, out):
+    store(kernels.tangents.falling(load(x, 0)), out, 0)
+
+
+def test_falling():
+    x, found = np.array([0.0, -1e-9, -1.0, -39.9]), np.empty(4)
+    all_falling(x, found)
+    np.testing.assert_allclose(found, np.exp(x), rtol=1e-10, atol=1e-13)
 
 
 def test_falling_ends_in_next_to_nothing():
-    assert 0.0 < tangents.falling(-1e300) < 1e-17
+    found = np.empty(4)
+    all_falling(np.array([-40.0, -41.0, -1e5, -1e300]), found)
+    assert (found > 0.0).all()
+    assert found.max() < 1e-17
 
 
 def test_remove_tangential(model):

@@ -79,7 +79,7 @@ def leaf_geodesic(model: Model, ends: Array, points: int) -> Geodesic:
     """
     first = geodesic(model, ends, points)
     path = model.encode(first.states)
-    iterations, moved = relax_on_field(model.field, path, LEAF_TOLERANCE, LIMIT)
+    iterations, moved = relax_on_field(model.table, path, LEAF_TOLERANCE, LIMIT)
     states = model.path(ends[0], ends[1], path)
     return Geodesic(states, int(iterations), bool(moved < LEAF_TOLERANCE), first.first)
 

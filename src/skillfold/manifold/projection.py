@@ -34,7 +34,7 @@ def project_from(model: Model, states: Array, near: Array) -> tuple[Array, Flags
 
 def project_leaf(model: Model, states: Array, near: Array, rate: float, steps: int) -> Array:
     """The paper's q' ← q' + α H'H''(q − q') from `near` (B, D): ends on the field's leaf through it."""
-    inner = follow_leaf(model.field, model.encode(states), model.encode(near), rate, steps)
+    inner = follow_leaf(model.table, model.encode(states), model.encode(near), rate, steps)
     return model.moved(near, inner) + (states - near) @ model.free @ model.free.T
 
 
@@ -80,7 +80,7 @@ def _nearest_anchors(model: Model, states: Array) -> Array:
 
 def tangents(model: Model, states: Array) -> Array:
     """Orthonormal tangents at states (B, D); (B, D, d), the free directions last."""
-    rows = field_bases(model.field, model.encode(states))
+    rows = field_bases(model.table, model.encode(states))
     free = np.broadcast_to(model.free, (len(states), *model.free.shape))
     return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
 

@@ -1,30 +1,40 @@
-"""The tangent field alone: its bases at many states, the printed projection and the printed geodesics."""
+"""The tangent field alone: its bases at many states, the printed projection and the printed geodesics.
+
+`t` is the table of a model (see `tabled`), whose inner coordinates all states are in.
+"""
 
 from typing import Any
 
 import numpy as np
 
-from skillfold.jit import inner, njit
+from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.small import copy, keep_along, norm, solve_in_place
-from skillfold.manifold.kernels.surface import Field
+from skillfold.manifold.kernels.tabled import CENTRES, PRECISION, WEIGHTS, dimension
 from skillfold.manifold.kernels.tangents import tangent_bases
+from skillfold.tables import Indices, matrix, vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 TOLERANCE = 1e-10  # of a step, in units of the data's rms radius
 
 
+@inlined
+def bases_at(t: Indices, states: Array, features: Array, row: Array, bases: Array) -> None:
+    """`tangent_bases` of the model of a table, in memory of its K features and of a row of its weights."""
+    tangent_bases(matrix(t, CENTRES), vector(t, PRECISION)[0], matrix(t, WEIGHTS), states, features, row, bases)
+
+
 @njit
-def follow_leaf(field: Field, states: Array, near: Array, rate: float, steps: int) -> Array:
+def follow_leaf(t: Indices, states: Array, near: Array, rate: float, steps: int) -> Array:
     """The printed update q' ← q' + α H'H''(q − q') for a batch (B, D), from near (B, D)."""
     B, D = states.shape
-    d = field.weights.shape[0]
-    bases, features = np.empty((1, d, D)), np.empty(field.centres.shape[1])
+    d, (K, w) = dimension(t), matrix(t, WEIGHTS).shape
+    bases, features, row = np.empty((1, d, D)), np.empty(K), np.empty(w)
     along, work = np.empty(D), np.empty(d)
     points = near.copy()
     for i in range(B):
         for _ in range(steps):
-            tangent_bases(field.centres, field.precision, field.weights, points[i : i + 1], features, bases)
+            bases_at(t, points[i : i + 1], features, row, bases)
             for c in range(D):
                 along[c] = states[i, c] - points[i, c]
             keep_along(bases[0], along, work)
@@ -36,16 +46,15 @@ def follow_leaf(field: Field, states: Array, near: Array, rate: float, steps: in
 
 
 @njit
-def field_bases(field: Field, states: Array) -> Array:
+def field_bases(t: Indices, states: Array) -> Array:
     """Orthonormal rows of H at states (B, D): (B, d, D)."""
-    bases = np.empty((len(states), field.weights.shape[0], states.shape[1]))
-    features = np.empty(field.centres.shape[1])
-    tangent_bases(field.centres, field.precision, field.weights, states, features, bases)
+    (K, w), bases = matrix(t, WEIGHTS).shape, np.empty((len(states), dimension(t), states.shape[1]))
+    bases_at(t, states, np.empty(K), np.empty(w), bases)
     return bases
 
 
 @njit
-def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> tuple:
+def relax_on_field(t: Indices, path: Array, tolerance: float, limit: int) -> tuple:
     """The printed conditions of section IV-A4 solved together, in place; (iterations, largest last step).
 
     At each inner point, with N the normal projector there and P⊥ that at the midpoints to its neighbours,
@@ -55,8 +64,8 @@ def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> t
     The projectors are frozen in each iteration, which leaves a block tridiagonal system in D-vectors.
     """
     n, D = path.shape
-    d = field.weights.shape[0]
-    features, bases, midways = np.empty(field.centres.shape[1]), np.empty((n, d, D)), np.empty((n - 1, d, D))
+    d, (K, w) = dimension(t), matrix(t, WEIGHTS).shape
+    features, row, bases, midways = np.empty(K), np.empty(w), np.empty((n, d, D)), np.empty((n - 1, d, D))
     across = np.empty((n - 1, D, D))
     here = np.empty((D, D))
     right = np.empty((n, D, D + 1))
@@ -64,8 +73,8 @@ def relax_on_field(field: Field, path: Array, tolerance: float, limit: int) -> t
     while iteration < limit and moved >= tolerance:
         iteration += 1
         middle = 0.5 * (path[1:] + path[:-1])
-        tangent_bases(field.centres, field.precision, field.weights, path, features, bases)
-        tangent_bases(field.centres, field.precision, field.weights, middle, features, midways)
+        bases_at(t, path, features, row, bases)
+        bases_at(t, middle, features, row, midways)
         for i in range(n - 1):
             normal_projector(midways[i], across[i])
         right[:] = 0.0

@@ -23,10 +23,11 @@ from skillfold.manifold.kernels.tabled import (
     NEIGHBOURS,
     PARENTS,
     POINTS,
+    PRECISION,
     REACHES,
     ROWS,
     WEIGHTS,
-    field_at,
+    dimension,
     surface_at,
 )
 from skillfold.manifold.kernels.tangents import remove_tangential, tangent_bases
@@ -97,7 +98,7 @@ class Scratch(NamedTuple):
 def make_scratch(t: Indices, n: int) -> Scratch:
     """Room for evaluations at n states of the model of a table (see `tabled`)."""
     D, M = matrix(t, POINTS).shape
-    d, K = matrix(t, WEIGHTS).shape[0] // D, matrix(t, CENTRES).shape[1]
+    d, (K, w) = dimension(t), matrix(t, WEIGHTS).shape
     m, near = min(BLENDED, M - 1), min(AROUND, M)
     around = np.empty((n, near), np.int64)
     for i in range(n):
@@ -122,7 +123,7 @@ def make_scratch(t: Indices, n: int) -> Scratch:
         np.empty(min(STARTS, M)),
         np.empty(d),
         np.zeros(matrix(t, MAPS).shape[1]),
-        np.zeros(max(matrix(t, CHARTS).shape[1], 2 * LANES)),
+        np.zeros(max(matrix(t, CHARTS).shape[1], w, 2 * LANES)),
         np.ones((d + 1, BLENDED)),
         np.empty((indices(t, PARENTS).size, BLENDED)),
         np.empty(K),
@@ -181,8 +182,8 @@ def evaluate_in(t: Indices, states: Array, s: Indices, whole: int) -> int:
         vector(s, KNOWN),
     )
     if whole:
-        surface, field, weights = surface_at(t), field_at(t), matrix(s, BLEND)
-        normals, along = matrix(s, NORMALS), vector(s, ALONG)
+        surface, weights = surface_at(t), matrix(s, BLEND)
+        normals, along, row = matrix(s, NORMALS), vector(s, ALONG), vector(s, ROW)
         blend(squares[:n], weights)
         displace(
             surface.charts,
@@ -194,14 +195,15 @@ def evaluate_in(t: Indices, states: Array, s: Indices, whole: int) -> int:
             nearest,
             weights,
             vector(s, PLACE),
-            vector(s, ROW),
+            row,
             matrix(s, COORDINATES),
             matrix(s, MONOMIALS),
             normals,
             vector(s, DOUBTS),
         )
         bases = reals_at(address(s, BASES), (n, along.size, normals.shape[1]))
-        tangent_bases(field.centres, field.precision, field.weights, states, vector(s, FEATURES), bases)
+        kernels = matrix(t, CENTRES), vector(t, PRECISION)[0], matrix(t, WEIGHTS)
+        tangent_bases(*kernels, states, vector(s, FEATURES), row, bases)
         remove_tangential(bases, normals, along)
     return 0
 

@@ -5,13 +5,16 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import inlined
+from skillfold.lanes import padded
 from skillfold.manifold.kernels.surface import Field, Surface
 from skillfold.tables import Array, Indices, Table, address, index_matrix, indices, matrix, reals_at, table_of, vector
 
-# Arrays of `Surface` and `Field`, those of three dimensions with the first two as one; and the way from states.
+# Arrays of `Surface`, the first two dimensions of three as one; of `Field`, filled up; then the way from states.
 POINTS, ROWS, CHARTS, MAPS, NEIGHBOURS, REACHES, RADII, PARENTS, FACTORS, DEGREES = range(10)
 CENTRES, WEIGHTS, PRECISION, CENTRE, KEPT, SCALE, EVALUATOR = range(10, 17)
 SLOTS = 17
+
+NOWHERE = 1e100  # coordinates of kernels that fill up: states are smaller
 
 
 def tabled(surface: Surface, field: Field, centre: Array, kept: Array, scale: float, evaluator: Any) -> Table:
@@ -19,9 +22,25 @@ def tabled(surface: Surface, field: Field, centre: Array, kept: Array, scale: fl
 
     `evaluator` is what evaluates it, compiled (see `scratch`); it must be kept as long as the table.
     """
-    rest = field.centres, field.weights, np.array([field.precision]), centre, kept, np.array([scale])
+    rest = *_side_by_side(field), np.array([field.precision]), centre, kept, np.array([scale])
     arrays = enumerate((*surface, *rest, np.array([evaluator.address])))
     return table_of({slot: a.reshape(-1, a.shape[2]) if a.ndim == 3 else a for slot, a in arrays}, SLOTS)
+
+
+def _side_by_side(field: Field) -> tuple[Array, Array]:
+    """Centres (D, K) and weights (K, d D) of a field as lanes take them: with kernels that are nowhere felt."""
+    d, D, K = field.weights.shape
+    centres, weights = np.full((D, padded(K)), NOWHERE), np.zeros((padded(K), padded(d * D)))
+    centres[:, :K] = field.centres
+    weights[:K, : d * D] = field.weights.reshape(d * D, K).T
+    return centres, weights
+
+
+@inlined
+def dimension(t: Indices) -> int:
+    """The manifold's dimension d: the last monomial is a power of the last coordinate."""
+    factors = indices(t, FACTORS)
+    return factors[factors.size - 1] + 1
 
 
 @inlined
@@ -85,12 +104,3 @@ def surface_at(t: Indices) -> Surface:
         indices(t, FACTORS),
         indices(t, DEGREES),
     )
-
-
-@inlined
-def field_at(t: Indices) -> Field:
-    """The field of a table."""
-    centres, weights = matrix(t, CENTRES), matrix(t, WEIGHTS)
-    D, K = centres.shape
-    shape = (weights.shape[0] // D, D, K)
-    return Field(centres, vector(t, PRECISION)[0], reals_at(address(t, WEIGHTS), shape))

@@ -1,59 +1,75 @@
 """The tangent field H at states: its orthonormal bases, and what lies across them."""
 
+import math
 from typing import Any
 
 import numpy as np
 
 from skillfold.jit import inlined, inner
+from skillfold.lanes import LANES, larger, load, smaller, spread, store
 from skillfold.manifold.kernels.small import orthonormalise
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @inner
-def falling(x: float) -> float:
-    """exp(x) for x ≤ 0 to 13 digits, in steps that a loop over an array does several of at once.
+def falling(x: Any) -> Any:
+    """exp(x) of lanes x ≤ 0, off by 1e-13 at most: the series at x / 1024, squared ten times.
 
-    By the series at x / 1024, squared ten times; what is smaller than e⁻⁴⁰ is taken for that.
+    What is smaller than e⁻⁴⁰ is taken for that.
     """
-    y = max(x, -40.0) / 1024.0
-    value = 1.0 + y * (1.0 + y * (1.0 / 2.0 + y * (1.0 / 6.0 + y * (1.0 / 24.0 + y * (1.0 / 120.0 + y / 720.0)))))
+    y = larger(x, spread(-40.0)) * spread(1.0 / 1024.0)
+    value = spread(1.0 / 120.0) + y * spread(1.0 / 720.0)
+    value = spread(1.0 / 6.0) + y * (spread(1.0 / 24.0) + y * value)
+    value = spread(1.0) + y * (spread(1.0) + y * (spread(1.0 / 2.0) + y * value))
     for _ in range(10):
-        value *= value
+        value = value * value
     return value
+
+
+@inlined
+def features_at(centres: Array, precision: float, states: Array, i: int, row: Array, features: Array) -> None:
+    """Radial basis functions (K,) of state i, the largest of them 1, so that they do not all vanish far out.
+
+    For centres (D, K), where K is a multiple of four (see `lanes`).
+    """
+    D, K = centres.shape
+    least = spread(math.inf)
+    for k in range(0, K, LANES):
+        square = spread(0.0)
+        for c in range(D):
+            away = load(centres, c * K + k) - spread(states[i, c])
+            square = square + away * away
+        store(square, features, k)
+        least = smaller(least, square)
+    store(least, row, 0)
+    low = spread(min(min(row[0], row[1]), min(row[2], row[3])))
+    for k in range(0, K, LANES):
+        store(falling((low - load(features, k)) * spread(precision)), features, k)
 
 
 @inner
 def tangent_bases(
-    centres: Array, precision: float, weights: Array, states: Array, features: Array, bases: Array
+    centres: Array, precision: float, weights: Array, states: Array, features: Array, row: Array, bases: Array
 ) -> bool:
     """Orthonormal rows (n, d, D) of H at states (n, D) into `bases`.
 
+    Of centres (D, K) and weights (K, w) filled up for lanes (see `tabled`), in memory `features` (K,) and `row` (w,).
     Returns False where H lost rank at one of them and an axis was put in.
     """
-    D, K = centres.shape
-    d = weights.shape[0]
+    K, w = weights.shape
+    _, d, D = bases.shape
     full_rank = True
     for i in range(len(states)):
-        features[:] = 0.0
-        for c in range(D):
-            here = states[i, c]
+        features_at(centres, precision, states, i, row, features)
+        for b in range(0, w, LANES):
+            total = spread(0.0)  # its length does not matter
             for k in range(K):
-                features[k] += (here - centres[c, k]) ** 2
-        low = features[0]
-        for k in range(1, K):
-            low = min(low, features[k])
-        for k in range(K):
-            features[k] = falling((low - features[k]) * precision)
-        total = 0.0
-        for k in range(K):
-            total += features[k]
+                total = total + load(weights, k * w + b) * spread(features[k])
+            store(total, row, b)
         for a in range(d):
             for c in range(D):
-                s = 0.0
-                for k in range(K):
-                    s += features[k] * weights[a, c, k]
-                bases[i, a, c] = s / total
+                bases[i, a, c] = row[a * D + c]
         full_rank &= orthonormalise(bases[i])
     return full_rank
 
