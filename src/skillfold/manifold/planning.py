@@ -123,10 +123,10 @@ def usual(model: Model) -> float:
 
 def onto(model: Model, space: StateSpace, states: Array) -> tuple[Array, Array, bool]:
     """States projected where they are farther off than samples are; how far each moved; all near the data?"""
-    near, onto = usual(model), states.copy()
-    off = seem_off(model, states) > near
-    if not off.any():
+    near, seem = usual(model), seem_off(model, states)
+    if seem.max() <= near:
         return states, np.zeros(len(states)), True
+    off, onto = seem > near, states.copy()
     feet, supported = project_anchored(model, states[off])
     far = np.linalg.norm(feet - states[off], axis=1) > near
     off[off] = far

@@ -18,21 +18,21 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @njit
-def displacements(t: Indices, states: Array, ghost: float) -> tuple:
-    """Of states (B, D): how far the surface seems, distances to the nearest anchor, and doubts; each (B,).
+def displacements(t: Indices, states: Array, ghost: float) -> Array:
+    """Of states (B, D): how far the surface seems, distances to the nearest anchor, and doubts; rows of (3, B).
 
     The first is the length of the displacement, which bounds the distance up to a square, provided that the anchors
     agree about it. What they disagree by counts as distance too, once it is more than `ghost`.
     """
     scale, scratch = vector(t, SCALE)[0], make_scratch(t, len(states))
     evaluate(encode(t, states), scratch)
-    off, nearest, doubts = np.empty(len(states)), np.empty(len(states)), scratch.doubts
+    told = np.empty((3, len(states)))  # one array, as each takes Python a microsecond
     for i in range(len(states)):
-        off[i], doubts[i] = scale * norm(scratch.normals[i]), scale * doubts[i]
-        if doubts[i] > ghost:
-            off[i] = math.hypot(off[i], doubts[i])
-        nearest[i] = scale * math.sqrt(scratch.squares[i, 0])
-    return off, nearest, doubts
+        off, doubt = scale * norm(scratch.normals[i]), scale * scratch.doubts[i]
+        told[0, i] = math.hypot(off, doubt) if doubt > ghost else off
+        told[1, i] = scale * math.sqrt(scratch.squares[i, 0])
+        told[2, i] = doubt
+    return told
 
 
 @njit
