@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from manifold import clouds
+from skillfold.experiments.synthetic import smooth_manifold
 from skillfold.experiments.upright import LWR4, upright_poses
+from skillfold.manifold.anchors import fit_surfaces
 from skillfold.manifold.free import normal_spectrum, split_directions
-from skillfold.manifold.free_slopes import common_slope, without_slope
+from skillfold.manifold.free_slopes import bending, common_slope, without_slope
 
 BENT = {
     "sphere": (clouds.draw_sphere, 2),
@@ -96,6 +98,56 @@ def test_nothing_is_free_where_the_dimension_is_given(name):
         x = clouds.normalised(draw(400, np.random.default_rng(seed)))
         split, _ = split_directions(x, None, dim, False, 0)
         assert (split.free.shape[1], split.dim) == (0, dim)
+
+
+def test_few_samples_make_hardly_any_free_where_the_dimension_is_given():
+    """A hundred samples of what bends a little everywhere: normals of so few touch some directions rarely."""
+    made_up = []
+    for seed in range(30):
+        x = clouds.normalised(smooth_manifold(100, 7, 4, np.random.default_rng(seed)))
+        made_up.append(split_directions(x, None, 4, False, 0)[0].free.shape[1])
+    assert np.count_nonzero(made_up) <= 1
+
+
+@pytest.mark.parametrize(("dim", "least"), [(None, 7), (3, 7)])
+def test_directions_that_seem_free_besides_hide_none_that_is(dim, least):
+    """A sheet that bends a little × a line: of normals that rarely touch two directions, one is free."""
+    found = []
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        sheet, line = smooth_manifold(200, 5, 2, rng), rng.uniform(-1.0, 1.0, 200)
+        turn = np.linalg.qr(rng.standard_normal((6, 6)))[0]
+        x = clouds.normalised(np.column_stack([sheet, line]) @ turn.T)
+        free = split_directions(x, None, dim, False, 0)[0].free
+        found.append(free.shape[1] == 1 and np.abs(free[:, 0] @ turn[:, 5]) > 0.999)
+    assert np.count_nonzero(found) >= least
+
+
+def test_bending_tells_what_is_free_from_what_is_not():
+    """A parabola × a plane, with noise; sheared by the square of a free coordinate it is none any more."""
+    rng = np.random.default_rng(0)
+    u, z = rng.uniform(-1, 1, 300), rng.uniform(-1, 1, (300, 2))
+    inner = np.column_stack([u, 0.3 * u**2]) + 0.01 * rng.normal(size=(300, 2))
+    assert 0.7 < bending(inner, z, 1, np.arange(300), 1) < 1.4
+    assert bending(inner + 0.1 * z[:, 1:] ** 2 * [0, 1], z, 1, np.arange(300), 1) > 5.0
+    assert bending(inner[:8], z[:8], 1, np.arange(8), 1) == np.inf
+    # Without noise all that is left is rounding.
+    assert bending(np.column_stack([u, np.zeros(300)]), z, 1, np.arange(300), 1) < 1.5
+
+
+def test_bending_against_least_squares():
+    """One neighbourhood, which is all samples: mean squares by nested fits."""
+    rng = np.random.default_rng(1)
+    u, z = rng.uniform(-1, 1, (2, 16))
+    inner = np.column_stack([u, 0.3 * u**2 + 0.02 * z + 0.01 * rng.normal(size=16)])
+    local = fit_surfaces(inner, inner[:1], np.argsort(np.linalg.norm(inner - inner[0], axis=1))[None], 1, 2)
+    along, heights = ((inner - inner[0]) @ local.frames[0].T).T
+    powers = np.column_stack([np.ones(16), along, along**2])
+    rest = [
+        np.linalg.lstsq(terms, heights, rcond=None)[1][0] for terms in (powers, np.column_stack([powers, z, z**2]))
+    ]
+    wanted = (rest[0] - rest[1]) / 2 / (rest[1] / 11)
+    assert bending(inner, z[:, None], 1, np.array([0]), 1) == pytest.approx(wanted, rel=1e-6)
 
 
 def test_recordings_are_judged_by_whole_recordings():

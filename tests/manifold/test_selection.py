@@ -74,6 +74,18 @@ def test_noise_asks_for_larger_neighbourhoods():
     assert samples_a_coefficient(noisy) > 3 * samples_a_coefficient(quiet)
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.02, 0.05])
+def test_samples_nearer_each_other_than_their_noise_are_averaged(noise):
+    """On a circle in three dimensions; the nearest few would predict best, being near in the noise, too."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        circle = clouds.draw_circle(500, rng)
+        skill = sf.SkillManifold.fit(circle + noise * rng.normal(size=circle.shape), dim=1, kernels=5, ridge=1e-5)
+        off = skill.project(circle[:100])
+        off = np.hypot(np.hypot(off[:, 0], off[:, 1]) - 1.0, off[:, 2])
+        assert np.sqrt(np.mean(off**2)) < 0.5 * noise
+
+
 def test_folds_take_smaller_neighbourhoods_than_flat_parts():
     """A noisy sheet that is flat but for a strip that waves."""
     rng = np.random.default_rng(0)

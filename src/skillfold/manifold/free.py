@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from skillfold.manifold.anchors import held_out_residuals, nearest_others
 from skillfold.manifold.dimension import choose_dimension
-from skillfold.manifold.free_slopes import without_slope
+from skillfold.manifold.free_slopes import bending, without_slope
 from skillfold.manifold.shapes import spread_out
 from skillfold.manifold.table import Trial
 from skillfold.manifold.threads import in_parts
@@ -30,6 +30,7 @@ TOUCHED = 0.05  # share of a direction that normals may touch if it is to count 
 MOST_NORMALS = 4
 CLEAR = 0.5  # of the gap after d with all directions: what is truly free leaves as clear a one
 WORSE = 1.3  # times the held-out residual without dropping: above it nothing is dropped
+BENT = 1.5  # times what chance explains of heights by the free coordinates: above it they are none
 JUDGED = 150  # samples that judge it
 
 
@@ -82,8 +83,9 @@ def split_directions(
 ) -> tuple[Split, list[Trial]]:
     """Kept and free directions and the inner dimension, with the trials.
 
-    For each number of normals: free directions under it, and what the samples without them say of the dimension.
-    Only where both agree is the split a candidate, and only if it predicts left-out samples as well.
+    For each number of normals: free directions under it, as many as may be, and what the samples without them say
+    of the dimension. Only where both agree is the split a candidate, and only if it predicts left-out samples as
+    well, and nothing bends with what is free.
 
     Args:
         samples: (N, D).
@@ -95,37 +97,48 @@ def split_directions(
     """
     D = samples.shape[1]
     plain, trials = (dim, []) if dim else choose_dimension(samples, few_recordings, seed)
-    whole = Split(np.eye(D), np.empty((D, 0)), plain)
-    best, best_gap = whole, 0.0
+    best, best_gap = Split(np.eye(D), np.empty((D, 0)), plain), 0.0
     # The plain rule may overlook normals where samples are sparse; it does not make any up.
     counts = [D - plain] if dim else range(D - plain, max(D - plain, min(MOST_NORMALS, D - 2)) + 1)
     # What is free leaves a dimension at least: of a curve nothing is.
     for codim in (count for count in counts if count < D - 1):
         touched, directions = normal_spectrum(samples, codim, seed, jobs)
-        f = min(int((touched < TOUCHED).sum()), D - codim - 1)
-        if f < 1:
-            continue
-        kept = directions[:, f:]
-        weights = np.sqrt(np.maximum(touched[f:], 0.0) / touched[-1] + METRIC_FLOOR**2)
-        # Without the free directions samples lie close together: noise hides the gap unless more are taken in.
-        found, gaps = choose_dimension(samples @ (kept * weights), few_recordings, seed, doublings=7)
-        gap = next((t.score for t in gaps if t.chosen), 0.0)
-        if dim or (found == D - f - codim and gap >= CLEAR * trials[D - codim - 1].score):
-            candidate = Split(kept, directions[:, :f], D - f - codim)
-            if gap > best_gap and _holds(samples, groups, candidate, Split(whole.kept, whole.free, D - codim), seed):
-                best, best_gap = candidate, gap
+        for f in range(min(int((touched < TOUCHED).sum()), D - codim - 1), 0, -1):
+            split = Split(directions[:, f:], directions[:, :f], D - codim - f)
+            found, gap = _dimension_without(samples, split, touched, few_recordings, seed)
+            agreed = dim or (found == split.dim and gap >= CLEAR * trials[D - codim - 1].score)
+            if not agreed or gap <= best_gap or not _holds(samples, groups, split, seed):
+                continue
+            split = _turned(samples, split, seed, jobs)
+            if not _bends(samples, split, seed, jobs):
+                best, best_gap = split, gap
+                break
     trials = [Trial(t.choice, t.setting, t.score, t.measure, t.setting == f"d = {plain}") for t in trials]
-    return _turned(samples, best, seed, jobs), trials + _split_trials(best, best_gap, D)
+    return best, trials + _split_trials(best, best_gap, D)
+
+
+def _dimension_without(
+    samples: Array, split: Split, touched: Array, few_recordings: bool, seed: int
+) -> tuple[int, float]:
+    """What samples without the free directions say of the dimension, and by how wide a gap."""
+    weights = np.sqrt(np.maximum(touched[split.free.shape[1] :], 0.0) / touched[-1] + METRIC_FLOOR**2)
+    # Without the free directions samples lie close together: noise hides the gap unless more are taken in.
+    found, gaps = choose_dimension(samples @ (split.kept * weights), few_recordings, seed, doublings=7)
+    return found, next((t.score for t in gaps if t.chosen), 0.0)
 
 
 def _turned(samples: Array, split: Split, seed: int, jobs: int) -> Split:
     """The same split made exact, unless that would take it to directions that do not count as free."""
-    if not split.free.shape[1]:
-        return split
     chosen = spread_out(len(samples), CENTRES, seed)
     kept, free = without_slope(samples, split.kept, split.free, split.dim, chosen, jobs)
     off = np.linalg.norm(split.kept.T @ free, axis=0)
     return Split(kept, free, split.dim) if (off**2 < TOUCHED).all() else split
+
+
+def _bends(samples: Array, split: Split, seed: int, jobs: int) -> bool:
+    """Whether the surface without the free directions depends on where along them a sample lies."""
+    chosen = spread_out(len(samples), CENTRES, seed)
+    return bending(samples @ split.kept, samples @ split.free, split.dim, chosen, jobs) > BENT
 
 
 def _split_trials(split: Split, gap: float, D: int) -> list[Trial]:
@@ -134,19 +147,20 @@ def _split_trials(split: Split, gap: float, D: int) -> list[Trial]:
     return [Trial("free directions", setting, gap, "gap in local extents without them", True)] if f else []
 
 
-def _holds(samples: Array, groups: Indices | None, split: Split, whole: Split, seed: int) -> bool:
+def _holds(samples: Array, groups: Indices | None, split: Split, seed: int) -> bool:
     """Whether samples are predicted without the free directions as well as with them, over the same distances.
 
     Without them all samples lie closer together: judged by its nearest few, any split would look good.
     """
     chosen = spread_out(len(samples), JUDGED, seed)
-    k = min(3 * (whole.dim + 1), len(samples) // 2)
+    whole = split.dim + split.free.shape[1]
+    k = min(3 * (whole + 1), len(samples) // 2)
     others = nearest_others(samples, chosen, k, groups)
     reach = np.linalg.norm(samples[others] - samples[chosen, None], axis=2).max(1)
     inner = samples @ split.kept
     around = _within(inner, chosen, reach * np.sqrt(inner.shape[1] / samples.shape[1]), k, groups, seed)
     residuals = [
-        float(np.median(held_out_residuals(samples, chosen, others, whole.dim, [1]))),
+        float(np.median(held_out_residuals(samples, chosen, others, whole, [1]))),
         float(np.median(held_out_residuals(inner, chosen, around, split.dim, [1]))),
     ]
     return residuals[1] <= WORSE * residuals[0]

@@ -3,7 +3,7 @@
 States may lie far off along a free direction, and a projection keeps how far: an angle of a fiftieth between what
 was found and what is free takes a state a fiftieth of that way off the constraint. Normals of local planes tell the
 angle no better. But samples near each other in the kept directions lie scattered along the free ones, so the slope of
-the surface along these can be read with a long lever.
+the surface along these can be read with a long lever. So can whether it bends with them: then they are not free.
 """
 
 from typing import Any
@@ -19,6 +19,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 DEGREE = 2  # of the local surfaces beneath
 PER_TERM = 3  # samples a coefficient
+EXACT = 1e-12  # of the heights' mean square: what is left of a surface without noise is rounding
 TURNS = 4  # each leaves a quarter of the angle or so, in what normals rarely touch a half
 
 
@@ -55,9 +56,7 @@ def common_slope(inner: Array, free: Array, dim: int, chosen: Indices, jobs: int
         dim, chosen, jobs: as in `without_slope`.
     """
     k = min(PER_TERM * terms_of(dim, DEGREE) + 1, len(inner))
-    around = np.asarray(KDTree(inner).query(inner[chosen], k)[1])
-    local = fit_surfaces(inner, inner[chosen], around, dim, DEGREE, jobs)
-    offsets = np.einsum("mij,mkj->mki", local.frames, inner[around] - inner[chosen][:, None])
+    around, local, offsets = _surfaces(inner, dim, chosen, k, jobs)
     heights, levers = _apart(local, offsets, offsets[:, :, dim:], free[around])
     normals = local.frames[:, dim:]
     projectors = np.einsum("mna,mnb->mab", normals, normals)
@@ -69,13 +68,48 @@ def common_slope(inner: Array, free: Array, dim: int, chosen: Indices, jobs: int
     return np.linalg.lstsq(equations, right.ravel(), rcond=1e-9)[0].reshape(right.shape)
 
 
+def bending(inner: Array, free: Array, dim: int, chosen: Indices, jobs: int) -> float:
+    """How much of heights above local surfaces a polynomial of the free coordinates explains, over what chance would.
+
+    The ratio of mean squares of an F test, of all neighbourhoods together: about one where nothing depends on what
+    is free; infinite where there are too few samples to tell.
+
+    Args:
+        inner: (N, D - f) kept coordinates.
+        free: (N, f).
+        dim, chosen, jobs: as in `without_slope`.
+    """
+    along, aside = terms_of(dim, DEGREE), terms_of(free.shape[1], DEGREE) - 1
+    k = min(PER_TERM * (along + aside) + 1, len(inner))
+    if k <= along + aside + 1:
+        return np.inf
+    around, local, offsets = _surfaces(inner, dim, chosen, k, jobs)
+    levers = free[around] - free[around].mean(1, keepdims=True)
+    terms = _terms(offsets[:, :, :dim] / local.radii[:, None, None]), _terms(levers / np.abs(levers).max())[:, :, 1:]
+    heights = offsets[:, :, dim:]
+    parts = np.swapaxes(np.linalg.qr(np.concatenate(terms, 2))[0], 1, 2) @ heights
+    total, explained, by_free = ((part**2).sum((1, 2)) for part in (heights, parts, parts[:, along:]))
+    rest = np.maximum(total - explained, EXACT * total + 1e-300)
+    share = float((by_free / (by_free + rest)).mean())
+    return share / (1.0 - share) * (k - along - aside) / aside
+
+
+def _surfaces(inner: Array, dim: int, chosen: Indices, k: int, jobs: int) -> tuple[Indices, LocalSurfaces, Array]:
+    """The k samples (M, k) around each chosen one, the surface fitted to them, their offsets in its frame."""
+    around = np.asarray(KDTree(inner).query(inner[chosen], k)[1])
+    local = fit_surfaces(inner, inner[chosen], around, dim, DEGREE, jobs)
+    return around, local, np.einsum("mij,mkj->mki", local.frames, inner[around] - inner[chosen][:, None])
+
+
+def _terms(u: Array) -> Array:
+    """All monomials of u (M, k, d) up to the degree; (M, k, P)."""
+    return design(u.reshape(-1, u.shape[2]), monomials(u.shape[2], DEGREE)).reshape(*u.shape[:2], -1)
+
+
 def _apart(local: LocalSurfaces, offsets: Array, *values: Array) -> list[Array]:
     """Values (M, k, m), weighted, less what polynomials of the offsets (M, k, D - f) along the surface explain."""
     r = np.linalg.norm(offsets, axis=2) / local.radii[:, None]
     root = np.sqrt((1.0 - r) ** 4 * (4.0 * r + 1.0))[:, :, None]
-    along = offsets[:, :, : local.dim] / local.radii[:, None, None]
-    shape = (*along.shape[:2], -1)
-    terms = design(along.reshape(-1, local.dim), monomials(local.dim, DEGREE)).reshape(shape)
-    basis = np.linalg.qr(root * terms)[0]
+    basis = np.linalg.qr(root * _terms(offsets[:, :, : local.dim] / local.radii[:, None, None]))[0]
     weighted = [root * v for v in values]
     return [v - basis @ (np.swapaxes(basis, 1, 2) @ v) for v in weighted]

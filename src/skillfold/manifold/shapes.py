@@ -28,6 +28,8 @@ BETTER = 1.2  # times the least error: a candidate worth comparing,
 WORSE = 3.0  # unless that many standard errors tell it from the best already
 HOPELESS = 1.5  # times the least error of its degree: larger neighbourhoods only get worse
 DOUBTED = 2.0  # standard errors within which a candidate counts as good as the best
+SPAN = 6.0  # times the error that neighbourhoods reach: narrower ones show noise, no surface
+WIDEST = 0.9  # of the widest span, where none reaches so far
 BESIDE = 1  # recordings that should be within reach of each sample
 ACROSS = 6.0  # times the distance to them that neighbourhoods of recordings span at least
 USUAL = 0.75  # quantile of the errors above which a sample is none of the usual ones
@@ -173,9 +175,9 @@ def choose_shapes(
         return _Judge(samples, chosen, others, dim, jobs)
 
     progress("choosing the local surfaces", 0.0)
-    squares = _climb(judge(SCREENED, shapes), shapes)
+    squares = _climb(screened := judge(SCREENED, shapes), shapes)
     progress("choosing the local surfaces", 0.4)
-    good = _worth_comparing(squares)
+    good = _worth_comparing(_spanning(squares, screened) if groups is None else squares)
     terms = max(terms_of(dim, s.degree) for s in good)
     comparison = judge(min(COMPARED, max(FEWER, WORK // terms**2)), good)
     squares |= _compare(comparison, good)
@@ -195,6 +197,19 @@ def choose_shapes(
     own = np.array([squares[s][i] for i, s in enumerate(picked)])
     trials = _trials(squares, shapes[int(np.bincount(taken).argmax())])
     return Chosen(shapes, taken, own, comparison.chosen, comparison.others[:, 0], trials)
+
+
+def _spanning(squares: dict[Shape, Array], judged: _Judge) -> dict[Shape, Array]:
+    """Candidates whose neighbourhoods are much wider than their surfaces are off, or the relatively widest ones.
+
+    Where noise is wider than samples lie apart, the nearest few predict each other well because they were chosen for
+    being near in the noise, too.
+    """
+    here, last = judged.samples[judged.chosen], {s: judged.others[:, s.neighbours - 1] for s in squares}
+    reach = {s: float(np.median(np.linalg.norm(judged.samples[last[s]] - here, axis=1))) for s in squares}
+    spans = {s: reach[s] / max(float(np.sqrt(e.mean())), 1e-300) for s, e in squares.items()}
+    least = min(SPAN, WIDEST * max(spans.values()))
+    return {s: e for s, e in squares.items() if spans[s] >= least}
 
 
 def smoothness(shape: Shape, dim: int) -> float:
