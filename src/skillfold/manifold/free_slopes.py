@@ -85,7 +85,8 @@ def bending(inner: Array, free: Array, dim: int, chosen: Indices, jobs: int) -> 
         return np.inf
     around, local, offsets = _surfaces(inner, dim, chosen, k, jobs)
     levers = free[around] - free[around].mean(1, keepdims=True)
-    terms = _terms(offsets[:, :, :dim] / local.radii[:, None, None]), _terms(levers / np.abs(levers).max())[:, :, 1:]
+    levers /= max(float(np.abs(levers).max()), 1e-300)
+    terms = _terms(offsets[:, :, :dim] / local.radii[:, None, None]), _terms(levers)[:, :, 1:]
     heights = offsets[:, :, dim:]
     parts = np.swapaxes(np.linalg.qr(np.concatenate(terms, 2))[0], 1, 2) @ heights
     total, explained, by_free = ((part**2).sum((1, 2)) for part in (heights, parts, parts[:, along:]))
