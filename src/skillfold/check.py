@@ -4,8 +4,7 @@ It knows a constraint and obstacles only by what they can do: `judge` and `clear
 of how the path was found.
 """
 
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -35,8 +34,7 @@ class Constraint(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Check:
+class Check(NamedTuple):
     """Verdict on a path, with the worst place and value of each condition.
 
     Places are states' indices; with obstacles a path is looked at between its states too, and 2.5 is half-way from

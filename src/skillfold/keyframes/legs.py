@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -129,7 +129,7 @@ class Leg:
         judge = Judge(self.robot, self.hold)
         space, still = self.robot.space, 2.0 * SPACING
         check = check_path(states, judge, self.tolerance, space, still, self.obstacles)
-        return states, replace(check, reason=check.reason.replace(" off the manifold", " m outside the constraint"))
+        return states, check._replace(reason=check.reason.replace(" off the manifold", " m outside the constraint"))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Shortest paths on the manifold (section IV-A): a first path, then both of the paper's conditions at once."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -21,8 +20,7 @@ SLOW = 0.5  # share of a step that is taken where whole ones did not converge
 CAP = 0.3  # longest step of a path state in one iteration, in rms radii
 
 
-@dataclass(frozen=True)
-class Geodesic:
+class Geodesic(NamedTuple):
     """A path and how it was found.
 
     Attributes:

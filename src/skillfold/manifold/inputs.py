@@ -45,7 +45,7 @@ def read_query(start: Any, goal: Any, via: Any, names: Sequence[str]) -> Array:
             raise InputError(f"{name}: expected one state ({len(names)},), got shape {state.shape}.")
     # An empty list has no columns, and is no mistake.
     if via is None or read_numbers(via, "via", f"(m, {len(names)})").size == 0:
-        return np.concatenate((first, last)).reshape(2, -1)
+        return np.array((first, last))
     middle = read_states(via, names)
     if middle.ndim > 2:
         raise InputError(f"via: expected states (m, {len(names)}), got shape {middle.shape}.")

@@ -1,9 +1,8 @@
 """Plans: the ends brought onto the manifold, a path between them, the check, and the story in words."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import accumulate
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -27,8 +26,7 @@ SHOWN = 101  # states of a demonstrated route where the query names no number
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 
 
-@dataclass(frozen=True)
-class Query:
+class Query(NamedTuple):
     """What is asked.
 
     Attributes:
@@ -151,7 +149,7 @@ def joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]
     states = np.vstack([legs[0], *(leg[1:] for leg in legs[1:])]) if len(legs) > 1 else legs[0]
     states = states if space.is_flat else space.normalize(states)
     if len(legs) == 1:
-        states[0], states[-1] = asked
+        states[:: len(states) - 1] = asked  # both ends
         return states
     for i, state in zip(accumulate((n - 1 for n in counts), initial=0), asked, strict=True):
         states[i] = state
