@@ -23,7 +23,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 EVENED = 0.04  # of a path: width over which the pull onto the manifold is evened out
 SHOWN = 101  # states of a demonstrated route where the query names no number
-USUAL = 1.0  # times as far from the demonstrations as is usual: a path that leads farther is held within their edge
+FAR = 1.2  # times as far from the demonstrations as is usual: a path that leads farther is held within their edge
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 
 
@@ -59,7 +59,7 @@ def plan_geodesic(
     parts = [solve(model, asked[i : i + 2], count) for i, count in enumerate(counts)]
     check, states = _checked(model, space, asked, parts)
     others = []
-    if check.outside > USUAL and not leaf:
+    if check.outside > FAR and not leaf:
         others.append([within_edge(model, part) for part in parts])
     if not check.ok:
         others.append([_over_anchors(model, asked[i : i + 2], part) for i, part in enumerate(parts)])
