@@ -5,6 +5,7 @@ import numpy as np
 from skillfold.experiments.point_sets import draw_circle, draw_plane, draw_sphere
 
 __all__ = [
+    "bay",
     "crease",
     "cylinder",
     "draw_circle",
@@ -80,3 +81,11 @@ def normalised(x):
     """Centred, of unit rms radius: as `fit` looks at them."""
     x = x - x.mean(0)
     return x / np.sqrt((x**2).sum(1).mean())
+
+
+def bay(count, seed=0):
+    """Samples (count, 3) of a saddle z = 0.3 x y whose shore y = 0.6 (1 - x²) lets a bay in between two horns."""
+    x, y = np.random.default_rng(seed).uniform(-1.0, 1.0, (2, 8 * count))
+    ashore = np.flatnonzero(y > 0.6 * (1.0 - x**2))[:count]
+    x, y = x[ashore], y[ashore]
+    return np.stack([x, y, 0.3 * x * y], axis=1)

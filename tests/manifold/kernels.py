@@ -9,6 +9,7 @@ from skillfold.manifold.kernels import detours as _detours
 from skillfold.manifold.kernels import edges as _edges
 from skillfold.manifold.kernels import frames as _frames
 from skillfold.manifold.kernels import geodesic as _geodesic
+from skillfold.manifold.kernels import holding as _holding
 from skillfold.manifold.kernels import leaf as _leaf
 from skillfold.manifold.kernels import neighbours as _neighbours
 from skillfold.manifold.kernels import newton as _newton
@@ -42,7 +43,8 @@ def callable_of(module):
 acceleration, geodesic, neighbours = map(callable_of, (_acceleration, _geodesic, _neighbours))
 newton, projection, small = map(callable_of, (_newton, _projection, _small))
 scratch_memory, surface, tangents = map(callable_of, (_scratch, _surface, _tangents))
-detours, edges, frames, leaf = map(callable_of, (_detours, _edges, _frames, _leaf))
+detours, edges, frames = map(callable_of, (_detours, _edges, _frames))
+holding, leaf = map(callable_of, (_holding, _leaf))
 pushes, springs, trees, walking = map(callable_of, (_pushes, _springs, _trees, _walking))
 
 
@@ -51,3 +53,9 @@ def evaluated(model, states):
     scratch = scratch_memory.make_scratch(model.table, len(states))
     scratch_memory.evaluate(states, scratch)
     return scratch
+
+
+@numba.njit
+def relax(path, tolerance, cap, limit, share, own, rate, scratch):
+    """`geodesic.relax` of a path that nothing holds."""
+    return _geodesic.relax(path, tolerance, cap, limit, share, own, rate, scratch, _geodesic.leave_free, None)

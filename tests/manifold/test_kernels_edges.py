@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from manifold.kernels import edges, scratch_memory
+from manifold.kernels import edges, evaluated, scratch_memory
 from manifold.random_models import SHAPES, random_model
 
 ENOUGH = 1e-3
@@ -16,8 +16,10 @@ def model(request):
 
 
 def in_hull(points):
-    found = np.empty(points.shape[1])
-    edges.nearest_in_hull(points, ENOUGH, found)
+    found, carrying = np.empty(points.shape[1]), np.empty(points.shape[1] + 2, np.int64)
+    count = edges.nearest_in_hull(points, ENOUGH, found, carrying)
+    assert len(set(carrying[:count])) == count
+    assert np.ptp(points[carrying[:count]] @ found) <= 1e-6 or np.linalg.norm(found) <= ENOUGH  # a face lies across
     return found
 
 
@@ -74,13 +76,51 @@ def test_look_around(model):
 @pytest.mark.parametrize("short", [1e-3, 10.0])
 def test_is_amid(model, short):
     around, basis = np.array([3, 0, 1]), np.linalg.qr(model.rng.normal(size=model.surface.points.shape))[0][:, :1].T
-    offsets, inward = np.empty((3, 1)), np.empty(1)
+    look = edges.Look(around, np.empty(3), np.empty((5, 1)), np.empty(1), np.empty(3, np.int64))
     for state in model.states(10, 0.5):
-        amid = edges.is_amid(model.surface.rows, around, state, basis, short, offsets, inward)
+        amid = edges.is_amid(model.surface.rows, around, state, basis, short, look)
         way = twins.nearest_in_hull((model.surface.rows[around] - state) @ basis.T)
         assert amid == (abs(way[0]) <= short)
         if not amid:
-            np.testing.assert_allclose(inward, way, atol=1e-8)
+            np.testing.assert_allclose(look.inward, way, atol=1e-8)
+
+
+def test_offset_by(model):
+    around, basis = np.array([3, 0, 1]), model.rng.normal(size=(2, len(model.surface.points)))
+    offsets, state = np.empty((3, 2)), model.states(1)[0]
+    edges.offset_by(model.surface.rows, around, state, basis, offsets)
+    np.testing.assert_allclose(offsets, (model.surface.rows[around] - state) @ basis.T, atol=1e-12)
+
+
+def test_is_within(model):
+    states, short = model.states(12, 0.5), 0.01
+    scratch = evaluated(model, states)
+    look = edges.make_look(scratch)
+    for i, state in enumerate(states):
+        way = twins.way_in(model.surface, model.field, state)
+        within = edges.is_within(state, i, short, scratch, look)
+        assert within == (np.linalg.norm(way) <= 1.001 * short)
+        if not within:
+            np.testing.assert_allclose(look.inward, way, atol=1e-8)
+
+
+def test_mean_step():
+    path = np.random.default_rng(0).normal(size=(7, 3))
+    assert edges.mean_step(path) == pytest.approx(np.linalg.norm(np.diff(path, axis=0), axis=1).mean())
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.3, 1.0])
+def test_beyond_edge(model, spread):
+    """Paths among the anchors and outside; each state is looked at where they are a spacing apart."""
+    for _ in range(5):
+        path = model.states(9, spread)
+        spacing = 0.5 * edges.mean_step(path)
+        far = np.linalg.norm([twins.way_in(model.surface, model.field, x) for x in path[1:-1]], axis=1)
+        # The ends are seen along the tangents at the states beside them.
+        ends = [twins.way_in(model.surface, model.field, path[i], path[j]) for i, j in ((0, 1), (-1, -2))]
+        allowed = max(0.02 * spacing, *(1.5 * np.linalg.norm(ends, axis=1)))
+        found = edges.beyond_edge(path, spacing, evaluated(model, path[1:-1].copy()))
+        assert found == pytest.approx(allowed if far.max() > 1.001 * allowed else 0.0, abs=1e-8)
 
 
 def test_draw_in(model):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from manifold import twins
-from manifold.kernels import frames, geodesic, scratch_memory
+from manifold.kernels import frames, geodesic, relax, scratch_memory
 from manifold.random_models import SHAPES, random_model
 
 
@@ -64,7 +64,7 @@ def test_relax_with_them(model, rate):
         path = np.linspace(start, goal, 9)
         scratch = scratch_memory.make_scratch(model.table, 9)
         expected, *told = twins.relax(model.surface, model.field, path, 0.0, 0.3, 4, 0.5, True, rate)
-        found = geodesic.relax(path, 0.0, 0.3, 4, 0.5, True, rate, scratch)
+        found = relax(path, 0.0, 0.3, 4, 0.5, True, rate, scratch)
         assert found[0] == told[0]
         np.testing.assert_allclose(path, expected, atol=1e-5)
 

@@ -27,6 +27,17 @@ def ends(model):
     return pairs
 
 
+def relax_free(path, *settings):
+    return geodesic.relax(path, *settings, geodesic.leave_free, None)
+
+
+def test_leave_free(model):
+    scratch, force, stiffness = room(model, 3), np.ones((3, 2)), np.ones((3, 2, 2))
+    geodesic.leave_free(None, 0, model.states(3), scratch.bases, scratch, stiffness, force)
+    assert (force == 1.0).all()
+    assert (stiffness == 1.0).all()
+
+
 def room(model, n):
     return scratch_memory.make_scratch(model.table, n)
 
@@ -102,7 +113,7 @@ def test_one_step_of_relax(model, ends, n, cap):
         steps = twins.newton_steps(path, *found_at(model, path))
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         expected = path + steps * np.minimum(1.0, cap / np.maximum(lengths, 1e-300))
-        found = geodesic.relax(path, 0.0, cap, 1, 0.5, False, 1.0, room(model, len(path)))
+        found = relax_free(path, 0.0, cap, 1, 0.5, False, 1.0, room(model, len(path)))
         assert found == pytest.approx((1, 0.5 * lengths.max(), 0.5), abs=1e-10)
         np.testing.assert_allclose(path, expected, atol=1e-10)
 
@@ -111,7 +122,7 @@ def test_relax_until_it_settles(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
         expected, iterations, _, _ = twins.relax(model.surface, model.field, path, 1e-9, 0.3, 60, 1.0)
-        found = geodesic.relax(path, 1e-9, 0.3, 60, 1.0, False, 1.0, room(model, len(path)))
+        found = relax_free(path, 1e-9, 0.3, 60, 1.0, False, 1.0, room(model, len(path)))
         assert abs(found[0] - iterations) <= 2  # rounding in least squares of steps that are nearly alike
         assert max(found[0], iterations) < 60
         np.testing.assert_allclose(path, expected, atol=1e-8)
@@ -120,7 +131,7 @@ def test_relax_until_it_settles(model, ends):
 def test_relax_ends_where_the_plain_steps_vanish(model, ends):
     for start, goal in ends:
         path = bent(start, goal, 10, model.rng)
-        geodesic.relax(path, 1e-10, 0.3, 100, 1.0, False, 1.0, room(model, len(path)))
+        relax_free(path, 1e-10, 0.3, 100, 1.0, False, 1.0, room(model, len(path)))
         assert np.abs(twins.newton_steps(path, *found_at(model, path))).max() < 1e-8
 
 
@@ -156,7 +167,7 @@ def test_solve_geodesic_from_a_first_path(model, ends):
         path, expected = np.empty((40, len(start))), np.empty((40, len(start)))
         found = geodesic.solve_geodesic(model.table, first, 0.1, path, 1e-9, 0.3, 100, False, 1.0)
         geodesic.resample(first, expected)
-        assert geodesic.relax(expected, 1e-9, 0.3, 100, 1.0, False, 1.0, room(model, len(expected)))[0] == found[0]
+        assert relax_free(expected, 1e-9, 0.3, 100, 1.0, False, 1.0, room(model, len(expected)))[0] == found[0]
         np.testing.assert_allclose(path, expected, atol=1e-8)
 
 

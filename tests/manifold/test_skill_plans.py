@@ -192,3 +192,18 @@ def test_geodesic_distance_is_the_length_of_the_plan(sphere):
         assert isinstance(sphere.geodesic_distance(a[i], b[i]), float)
     np.testing.assert_allclose(sphere.geodesic_distance(b, a), lengths, rtol=1e-3)
     np.testing.assert_allclose(sphere.geodesic_distance(a[0], b), [sphere.geodesic_distance(a[0], x) for x in b])
+
+
+def test_paths_keep_within_the_edge():
+    """Between horns of land; the bay was not shown. Nothing holds a path ashore, nor one whose ends are afloat."""
+    skill = fit(clouds.bay(300), 2)
+    horns, ashore, afloat = ([[-0.8, 0.3], [0.8, 0.3]], [[-0.6, 0.8], [0.6, 0.8]], [[-0.2, 0.3], [0.2, 0.3]])
+    plans = [skill.plan(*np.column_stack([ends, 0.3 * np.prod(ends, axis=1)])) for ends in (horns, ashore, afloat)]
+    held = ["held within the edge" in plan.reason for plan in plans]
+    assert held == [True, False, False]
+    assert all(plan.converged for plan in plans)
+    assert plans[0].success
+    x, y, _ = plans[0].path.states.T
+    assert (0.6 * (1.0 - x**2) - y).max() < 0.1
+    steps = np.linalg.norm(np.diff(plans[0].path.states, axis=0), axis=1)
+    assert steps.max() < 1.5 * steps.mean()

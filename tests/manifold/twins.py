@@ -159,13 +159,23 @@ def nearest_in_hull(points):
     return shares @ points / shares.sum()
 
 
+def anchors_around(surface, point, dim):
+    """Places of the anchors that span the hull around a point."""
+    return np.argsort(((surface.points.T - point) ** 2).sum(1), kind="stable")[: 12 + 4 * dim]
+
+
+def way_in(surface, field, point, seen_from=None):
+    """From a point to the hull of the anchors around, along the tangents there or at another state; (d,)."""
+    _, basis, _, _ = displacement(surface, field, point if seen_from is None else seen_from)
+    return nearest_in_hull((surface.points.T[anchors_around(surface, point, len(basis))] - point) @ basis.T)
+
+
 def draw_in(surface, field, spacing, point):
     """A point of the surface brought along it into the hull of the anchors around, and whether it is still on it."""
-    rows, begun = surface.points.T, point
+    begun = point
     for _ in range(8):
         normal, basis, _, _ = displacement(surface, field, point)
-        around = rows[np.argsort(((rows - point) ** 2).sum(1), kind="stable")[: 12 + 4 * len(basis)]]
-        inward = nearest_in_hull((around - point) @ basis.T)
+        inward = way_in(surface, field, point)
         if np.linalg.norm(inward) <= 0.02 * spacing:
             break
         point = point + inward @ basis - normal

@@ -8,6 +8,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from skillfold.manifold.kernels.geodesic import resample, solve_geodesic
+from skillfold.manifold.kernels.holding import hold_geodesic
 from skillfold.manifold.kernels.leaf import relax_on_field
 from skillfold.manifold.model import Model
 
@@ -30,6 +31,7 @@ class Geodesic(NamedTuple):
         first: "grown" (Algorithm 1), "graph" (over the anchors, where growing did not meet or did not settle) or
             "recordings" (beside those that spread about it).
         own: whether it is solved with the surface's own tangents, as where the field's lie across it.
+        held: whether it is held within the edge of the demonstrations, which the shortest would leave.
     """
 
     states: Array
@@ -37,6 +39,7 @@ class Geodesic(NamedTuple):
     converged: bool
     first: str
     own: bool = False
+    held: bool = False
 
 
 def geodesic(model: Model, ends: Array, points: int) -> Geodesic:
@@ -54,6 +57,21 @@ def geodesic(model: Model, ends: Array, points: int) -> Geodesic:
         if found.converged:
             return found
     return Geodesic(_even(model, ends, way, points), found.iterations, False, "graph")
+
+
+def within_edge(model: Model, found: Geodesic) -> Geodesic:
+    """The same held within the edge of the demonstrations; as it is where it keeps there, or that does not settle."""
+    if not found.converged:
+        return found
+    path = found.states.copy()
+    for rate in (1.0, SLOW):
+        how = TOLERANCE, CAP, LIMIT, found.own, rate
+        iterations, moved = hold_geodesic(model.table, path, model.trust.spacing, *how)
+        if iterations == 0:
+            return found
+        if moved < TOLERANCE:
+            return found._replace(states=path, iterations=found.iterations + iterations, held=True)
+    return found
 
 
 def roundabout(model: Model, ends: Array, points: int) -> Geodesic:

@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from skillfold.check import Check, check_path
 from skillfold.clearance import Clearance
 from skillfold.manifold.aside import aside_of
-from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, roundabout
+from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, roundabout, within_edge
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
 from skillfold.manifold.projection import OnManifold, project_anchored, seem_off, within_limits
@@ -23,6 +23,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 EVENED = 0.04  # of a path: width over which the pull onto the manifold is evened out
 SHOWN = 101  # states of a demonstrated route where the query names no number
+FAR = 1.2  # times as far from the demonstrations as is usual: a path that leads farther is held within their edge
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 
 
@@ -57,15 +58,23 @@ def plan_geodesic(
     solve = leaf_geodesic if leaf else geodesic
     parts = [solve(model, asked[i : i + 2], count) for i, count in enumerate(counts)]
     check, states = _checked(model, space, asked, parts)
-    if not check.ok and any(part.own for part in parts):
-        safer = [
-            roundabout(model, asked[i : i + 2], len(part.states)) if part.own else part
-            for i, part in enumerate(parts)
-        ]
-        checked, over_anchors = _checked(model, space, asked, safer)
-        if checked.ok:
-            check, states, parts = checked, over_anchors, safer
+    others = []
+    if check.outside > FAR and not leaf:
+        others.append([within_edge(model, part) for part in parts])
+    if not check.ok:
+        others.append([_over_anchors(model, asked[i : i + 2], part) for i, part in enumerate(parts)])
+    for instead in others:
+        if any(other is not part for other, part in zip(instead, parts, strict=True)):
+            checked, path = _checked(model, space, asked, instead)
+            if checked.ok:
+                check, states, parts = checked, path, instead
+                break
     return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
+
+
+def _over_anchors(model: Model, ends: Array, part: Geodesic) -> Geodesic:
+    """The way over the anchors, instead of a path for which the field's tangents were of no use."""
+    return roundabout(model, ends, len(part.states)) if part.own else part
 
 
 def _checked(model: Model, space: StateSpace, asked: Array, parts: list[Geodesic]) -> tuple[Check, Array]:
@@ -189,6 +198,8 @@ def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
         parts.append("led by the recordings, which spread")
     if True in [leg.own for leg in legs]:
         parts.append("solved with the surface's own tangents, as the field's lie across it")
+    if True in [leg.held for leg in legs]:
+        parts.append("held within the edge of the demonstrations, which it would leave")
     if False in [leg.converged for leg in legs]:
         parts.append("not relaxed to the shortest, as that did not converge or left the manifold")
     return "Shortest path on the manifold" + "".join(f"; {part}" for part in parts) + "."

@@ -158,13 +158,16 @@ def relax(
     own: bool,
     rate: float,
     scratch: Scratch,
+    hold: Any,
+    edge: Any,
 ) -> tuple:
     """Make `path` (n, D) a geodesic in place, its ends fixed; (iterations, step that would be next, share left).
 
     Iterates `newton_steps`, which leave out how the surface bends: each leaves about the same share of the error.
     So they are accelerated, and the shares seen last tell how large the next step may be; below `tolerance` it is
     not taken. Before any is seen, `share` is believed. Its tangents are the field's, or the surface's `own`; of each
-    step a share `rate` is taken.
+    step a share `rate` is taken. The kernel `hold` adds force and stiffness to the equations, where an `edge` wants
+    them.
     """
     n, D = path.shape
     d = scratch.bases.shape[1]
@@ -182,6 +185,7 @@ def relax(
         for i in range(1, n - 1):  # the ends stay where they are
             copy(scratch.normals[i - 1], normals[i])
             copy_rows(scratch.bases[i - 1], tangents[i])
+        hold(edge, iteration, path, tangents, scratch, stiffness, force)
         slot = known % MEMORY
         copy_rows(steps, path_changes[slot])
         newton_steps(path, normals, tangents, stiffness, force, right, steps)
@@ -200,6 +204,13 @@ def relax(
         take(path, steps, rate, cap)
         iteration += 1
     return iteration, next_size, share
+
+
+@inlined
+def leave_free(
+    edge: None, iteration: int, path: Array, tangents: Array, scratch: Scratch, stiffness: Array, force: Array
+) -> None:
+    """Of a path that nothing holds: force and stiffness stay 0."""
 
 
 @inlined
@@ -243,7 +254,7 @@ def solve_inner(
     share = 1.0
     while True:
         enough = tolerance if len(now) == len(path) else max(tolerance, ROUGH)
-        iterations, moved, share = relax(now, enough, cap, limit, share, own, rate, scratch)
+        iterations, moved, share = relax(now, enough, cap, limit, share, own, rate, scratch, leave_free, None)
         if len(now) == len(path):
             return iterations, moved
         refine(now, path)
