@@ -105,9 +105,11 @@ def split_directions(
         touched, directions = normal_spectrum(samples, codim, seed, jobs)
         for f in range(min(int((touched < TOUCHED).sum()), D - codim - 1), 0, -1):
             split = Split(directions[:, f:], directions[:, :f], D - codim - f)
+            if not _holds(samples, groups, split, seed):  # asked first, as it costs the least
+                continue
             found, gap = _dimension_without(samples, split, touched, few_recordings, seed)
             agreed = dim or (found == split.dim and gap >= CLEAR * trials[D - codim - 1].score)
-            if not agreed or gap <= best_gap or not _holds(samples, groups, split, seed):
+            if not agreed or gap <= best_gap:
                 continue
             split = _turned(samples, split, seed, jobs)
             if not _bends(samples, split, seed, jobs):
