@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from skillfold.manifold.kernels import patches as kernels
-from skillfold.manifold.nearest import nearest
+from skillfold.manifold.nearest import nearest, nearest_of_others
 from skillfold.manifold.polynomials import Monomials, design, monomials, terms_of
 from skillfold.manifold.threads import in_parts
 
@@ -101,16 +101,7 @@ def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | No
     """The k nearest samples of each chosen one, its own recording (or itself) left out; (len(chosen), k)."""
     if groups is None:
         return nearest(samples, samples[chosen], k + 1, jobs)[:, 1:]
-
-    def asked(part: slice) -> Indices:
-        found = np.empty((len(chosen[part]), k), dtype=np.int64)
-        for group in np.unique(groups[chosen[part]]):
-            others = np.flatnonzero(groups != group)
-            own = np.flatnonzero(groups[chosen[part]] == group)
-            found[own] = others[nearest(samples[others], samples[chosen[part][own]], k)]
-        return found
-
-    return np.concatenate(in_parts(asked, len(chosen), jobs))
+    return nearest_of_others(samples, groups, chosen, k, jobs)
 
 
 def held_out_residuals(

@@ -18,6 +18,7 @@ from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import Model, as_maps, build_surface, trust_in
 from skillfold.manifold.polynomials import monomials
+from skillfold.manifold.samples import SPARE, told_apart
 from skillfold.manifold.selection import choose_field
 from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
 from skillfold.manifold.smoothing import denoised
@@ -77,8 +78,8 @@ class Options:
         """
         if n_dims < 2:
             raise InputError("A manifold needs states of two or more coordinates.")
-        if n_samples < n_dims + 3:
-            raise InputError(f"{n_samples} distinct samples of {n_dims} coordinates; {n_dims + 3} at least.")
+        if n_samples < n_dims + SPARE:
+            raise InputError(f"{n_samples} distinct samples of {n_dims} coordinates; {n_dims + SPARE} at least.")
         most = {"dim": n_dims - 1, "kernels": n_samples, "neighbors": n_samples - 1}
         for name, high in most.items():
             if (value := getattr(self, name)) is not None:
@@ -110,6 +111,11 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     progress("looking for the dimension", 0.0)
     split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed, threads)
     outer, inner, dim = inner, inner @ split.kept, split.dim
+    if split.free.shape[1]:  # samples that differ in nothing else would predict each other perfectly
+        inner, groups = told_apart(inner, groups)
+        chosen = _anchor_choice(inner, options.seed)
+        anchor_groups = groups[chosen] if groups is not None else None
+        neighbors = min(neighbors, len(chosen) - 1)
     judged = choose_shapes(inner, groups, dim, _sizes(len(inner), len(chosen)), options.seed, threads, progress)
     trials += judged.trials
     progress("fitting the anchors", 0.0)

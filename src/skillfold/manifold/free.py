@@ -15,6 +15,7 @@ from scipy.spatial import KDTree
 from skillfold.manifold.anchors import held_out_residuals, nearest_others
 from skillfold.manifold.dimension import choose_dimension
 from skillfold.manifold.free_slopes import bending, without_slope
+from skillfold.manifold.samples import SPARE, distinct
 from skillfold.manifold.shapes import spread_out
 from skillfold.manifold.table import Trial
 from skillfold.manifold.threads import in_parts
@@ -112,7 +113,7 @@ def split_directions(
             if not agreed or gap <= best_gap:
                 continue
             split = _turned(samples, split, seed, jobs)
-            if not _bends(samples, split, seed, jobs):
+            if _tells(samples, split) and not _bends(samples, split, seed, jobs):
                 best, best_gap = split, gap
                 break
     trials = [Trial(t.choice, t.setting, t.score, t.measure, t.setting == f"d = {plain}") for t in trials]
@@ -135,6 +136,12 @@ def _turned(samples: Array, split: Split, seed: int, jobs: int) -> Split:
     kept, free = without_slope(samples, split.kept, split.free, split.dim, chosen, jobs)
     off = np.linalg.norm(split.kept.T @ free, axis=0)
     return Split(kept, free, split.dim) if (off**2 < TOUCHED).all() else split
+
+
+def _tells(samples: Array, split: Split) -> bool:
+    """Whether enough samples are left, those counted once that differ in free directions only."""
+    left = samples @ split.kept
+    return len(distinct(left)) >= left.shape[1] + SPARE
 
 
 def _bends(samples: Array, split: Split, seed: int, jobs: int) -> bool:

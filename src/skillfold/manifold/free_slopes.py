@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 
 from skillfold.manifold.anchors import LocalSurfaces, fit_surfaces
 from skillfold.manifold.polynomials import design, monomials, terms_of
+from skillfold.manifold.samples import SAME
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -90,7 +91,8 @@ def bending(inner: Array, free: Array, dim: int, chosen: Indices, jobs: int) -> 
     heights = offsets[:, :, dim:]
     parts = np.swapaxes(np.linalg.qr(np.concatenate(terms, 2))[0], 1, 2) @ heights
     total, explained, by_free = ((part**2).sum((1, 2)) for part in (heights, parts, parts[:, along:]))
-    rest = np.maximum(total - explained, EXACT * total + 1e-300)
+    rounding = k * SAME**2 * float(inner.var(0).sum()) + 1e-300
+    rest = np.maximum(total - explained, EXACT * total + rounding)
     share = float((by_free / (by_free + rest)).mean())
     return share / (1.0 - share) * (k - along - aside) / aside
 

@@ -1,5 +1,6 @@
 """Samples nearest to states: by a tree, or by sorting all distances where a tree would visit most samples anyway."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from skillfold.manifold.threads import in_parts
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-SHARE = 0.05  # of the samples asked for, from which on sorting is faster
+SHARE = 0.035  # of the samples asked for, from which on sorting is faster
 MOST = 2000  # samples that are sorted
 ROWS = 100  # states whose distances are sorted at a time: they stay in fast memory
 
@@ -23,12 +24,34 @@ def nearest(samples: Array, states: Array, k: int, jobs: int = 1) -> Indices:
         found = KDTree(samples).query(states, k, workers=effective_n_jobs(jobs))[1]
         return np.asarray(found).reshape(len(states), k)
 
-    def asked(part: slice) -> Indices:
-        some = np.array_split(states[part], range(ROWS, part.stop - part.start, ROWS))
-        squares = (np.asarray(cdist(rows, samples, "sqeuclidean"), np.float64) for rows in some)
-        return np.concatenate([least(each, k) for each in squares])
+    def asked(rows: slice) -> Indices:
+        return least(_squares(states[rows], samples), k)
 
-    return np.concatenate(in_parts(asked, len(states), jobs))
+    return _few_at_a_time(asked, len(states), jobs)
+
+
+def nearest_of_others(samples: Array, groups: Indices, chosen: Indices, k: int, jobs: int = 1) -> Indices:
+    """The k samples (N, D) nearest to each of the chosen (n,) outside its group, the nearest first; (n, k)."""
+
+    def asked(rows: slice) -> Indices:
+        own = chosen[rows]
+        squares = _squares(samples[own], samples)
+        squares[groups[own][:, None] == groups] = np.inf
+        return least(squares, k)
+
+    return _few_at_a_time(asked, len(chosen), jobs)
+
+
+def _squares(states: Array, samples: Array) -> Array:
+    return np.asarray(cdist(states, samples, "sqeuclidean"), np.float64)
+
+
+def _few_at_a_time(asked: Callable[[slice], Indices], count: int, jobs: int) -> Indices:
+    def part(rows: slice) -> Indices:
+        begins = range(rows.start, rows.stop, ROWS)
+        return np.concatenate([asked(slice(begin, min(begin + ROWS, rows.stop))) for begin in begins])
+
+    return np.concatenate(in_parts(part, count, jobs))
 
 
 def least(squares: Array, k: int) -> Indices:

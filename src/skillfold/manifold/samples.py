@@ -16,6 +16,8 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 STEPS = 200  # at most, of each recording
 TOTAL = 2000  # at most, of all recordings, while each keeps FEWEST
 FEWEST = 50
+SPARE = 3  # distinct states more than coordinates that are needed
+SAME = 1e-9  # of their extent: states that are nearer each other are one
 
 
 @dataclass(frozen=True)
@@ -52,22 +54,19 @@ def read_samples(demos: Demonstrations | Array | Sequence[Array], space: StateSp
 
 
 def _of_cloud(demos: Demonstrations) -> Samples:
-    return Samples(demos.states[_distinct(demos.states)], None, (), demos.space, demos.names, len(demos.states), ())
+    return Samples(demos.states[distinct(demos.states)], None, (), demos.space, demos.names, len(demos.states), ())
 
 
 def _of_recordings(demos: Demonstrations) -> Samples:
     steps = max(FEWEST, min(STEPS, TOTAL // len(demos)))
     even = demos.resample(steps)
     groups = np.repeat(np.arange(len(demos)), steps)
-    distinct = _distinct(even.states)
-    states, groups = even.states[distinct], groups[distinct]
-    # Of a recording given twice, nothing is left the second time.
-    several = groups[0] != groups[-1]
+    states, groups = told_apart(even.states, groups)
     recordings = tuple(d.states for d in demos)
     notes = _crossing_notes(demos)
     return Samples(
         states,
-        groups if several else None,
+        groups,
         recordings,
         demos.space,
         demos.names,
@@ -76,12 +75,21 @@ def _of_recordings(demos: Demonstrations) -> Samples:
     )
 
 
-def _distinct(states: Array) -> Indices:
-    """Rows that appear for the first time, in their order.
+def told_apart(states: Array, groups: Indices | None) -> tuple[Array, Indices | None]:
+    """Distinct states, and their recordings unless one is left: of one given twice nothing is, the second time."""
+    rows = distinct(states)
+    left = groups[rows] if groups is not None else None
+    return states[rows], left if left is not None and left[0] != left[-1] else None
+
+
+def distinct(states: Array) -> Indices:
+    """Rows that appear for the first time, in their order; what rounding has moved apart is the same.
 
     Sorted by value they would come in another order in another frame, and the same seed choose others among them.
     """
-    return np.sort(np.unique(states, axis=0, return_index=True)[1])
+    offsets = states - states[0]
+    cells = np.round(offsets / max(SAME * float(np.abs(offsets).max()), 1e-300))
+    return np.sort(np.unique(cells, axis=0, return_index=True)[1])
 
 
 def _crossing_notes(demos: Demonstrations) -> tuple[str, ...]:

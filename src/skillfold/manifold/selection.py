@@ -23,7 +23,7 @@ RIDGES = (1e-6, 1e-5, 1e-4)
 PLAIN_RIDGE = 1e-5  # at which the number of kernels is compared
 EDGES = 2000  # that a cross-validation of the field looks at
 WINSOR = 0.98  # errors beyond this quantile count as the quantile: edges and folds must not decide
-FEW_EDGES = 600  # where only the ridge is asked for
+FEW_EDGES, FEW_FOLDS = 600, 1  # where only the ridge is asked for
 TRIAL_ITERATIONS = 10  # at the plain ridge,
 FURTHER_ITERATIONS = 4  # and from there at each
 SOLVABLE = 1e-12  # of the field's mean square: a ridge by which columns that depend on each other do no harm
@@ -88,11 +88,11 @@ def _trained(
 
 
 class _Comparison(NamedTuple):
-    """Threefold cross-validation of fields on some edges, in parallel.
+    """Cross-validation of fields on some edges, in parallel.
 
     Attributes:
         samples, edges, frames: as in `choose_field`; edges are those looked at.
-        folds: (E,) fold of each edge.
+        held: (F, E) edges that each fold leaves out.
         jobs: workers.
         progress: called with the share of all trainings done.
     """
@@ -100,17 +100,17 @@ class _Comparison(NamedTuple):
     samples: Array
     edges: Indices
     frames: Array
-    folds: Indices
+    held: Sequence[Flags]
     jobs: int
     progress: Callable[[float], None]
 
     def plain(self, placed: Sequence[Features], ridge: float, share: float) -> list[list[_Trained]]:
         """Fields at one ridge, of each features by fold; progress goes up to a share."""
-        held = [self.folds == fold for fold in np.unique(self.folds)]
         data = self.samples, self.edges, self.frames
-        cases = [(*data, out, features, ridge) for features in placed for out in held]
+        cases = [(*data, out, features, ridge) for features in placed for out in self.held]
         found = self._told(in_turn(_trained, cases, self.jobs), len(cases), 0.0, share)
-        return [found[i : i + len(held)] for i in range(0, len(found), len(held))]
+        n = len(self.held)
+        return [found[i : i + n] for i in range(0, len(found), n)]
 
     def ridges(self, trained: Sequence[_Trained], ridges: Sequence[float], share: float) -> list[float]:
         """Error at each ridge when training goes on with it; progress goes from a share to one."""
@@ -141,6 +141,8 @@ def choose_field(
 ) -> tuple[Features, float, list[Trial]]:
     """Features and ridge of the tangent field by threefold cross-validation, and all trials.
 
+    Where the number of kernels is given, one fold of three tells the ridge.
+
     Args:
         samples: (N, D), denoised.
         edges: (E, 2).
@@ -161,8 +163,9 @@ def choose_field(
     stage = "choosing the tangent field"
     progress(stage, 0.0)
     folds = _folds(looked_at, groups, seed)
+    held = [folds == fold for fold in np.unique(folds)[: FEW_FOLDS if kernels else None]]
     workers = 1 if kernels else jobs  # the few short trainings for a ridge are done sooner by one
-    compare = _Comparison(samples, looked_at, frames, folds, workers, lambda share: progress(stage, share))
+    compare = _Comparison(samples, looked_at, frames, held, workers, lambda share: progress(stage, share))
     trained = compare.plain(placed, plain, 1.0 if ridge else 0.7)
     errors, best = [], 0
     if len(placed) > 1:

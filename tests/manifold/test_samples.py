@@ -1,0 +1,58 @@
+"""Samples that coincide: given twice, moved apart by rounding, or alike in all but a free direction."""
+
+import numpy as np
+import pytest
+
+from manifold.conftest import curves, fit
+from skillfold.manifold.free import split_directions
+from skillfold.manifold.samples import distinct, read_samples, told_apart
+
+
+def bent(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Places on a sheet that bends along x alone, on a grid; (len(x) * len(y), 3)."""
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return np.column_stack([places, 0.2 * np.sin(3.0 * places[:, 0])])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("columns", [8, 30])
+def test_on_a_grid_that_bends_one_way_plans_are_what_they_are_elsewhere(columns, turned):
+    """Without the other direction whole rows of it coincide: counted each, they would predict each other exactly."""
+    grid = bent(np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, 40))
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0] if turned else np.eye(3)
+    skill = fit(grid @ turn, 2)
+    plan = skill.plan(grid[0] @ turn, grid[-1] @ turn)
+    assert skill.model.free.shape[1] == 1
+    assert plan.success, plan.reason
+    states = plan.path.states @ turn.T
+    off = np.abs(states[:, 2] - 0.2 * np.sin(3.0 * states[:, 0]))
+    assert off.max() < max(3.0 * skill.noise, 1e-4)
+    # A held-out residual that tells how far: nothing is predicted by its own twin.
+    assert skill.noise > 0.1 * off.max()
+
+
+def test_nothing_is_free_where_too_few_would_be_left():
+    grid = bent(np.linspace(0.0, 1.0, 4), np.linspace(0.0, 1.0, 40))
+    assert split_directions(grid, None, 2, False, 0)[0].free.shape[1] == 0
+
+
+def test_what_rounding_has_moved_apart_is_the_same():
+    states = np.random.default_rng(0).normal(size=(50, 4))
+    again = states * (1.0 + 1e-15)
+    np.testing.assert_array_equal(distinct(np.vstack([states, again, states[::-1]])), np.arange(50))
+    np.testing.assert_array_equal(distinct(np.vstack([states, states + 1e-6])), np.arange(100))
+    np.testing.assert_array_equal(distinct(np.zeros((3, 2))), [0])
+
+
+def test_of_a_recording_given_twice_nothing_is_left():
+    curve = curves()[0]
+    once, twice = read_samples([curve], None), read_samples([curve, curve * (1.0 + 1e-15)], None)
+    assert twice.groups is None
+    np.testing.assert_array_equal(once.states, twice.states)
+
+
+def test_what_is_left_keeps_its_recording():
+    states = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    left, groups = told_apart(states, np.array([0, 0, 1, 1]))
+    np.testing.assert_array_equal(left, states[[0, 1, 3]])
+    np.testing.assert_array_equal(groups, [0, 0, 1])
