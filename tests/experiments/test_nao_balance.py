@@ -50,7 +50,7 @@ def tables():
     def fit(demos, **options):
         return SkillManifold.fit(demos, dim=3, kernels=10, ridge=1e-5, **options)
 
-    return nao_balance.run(Settings(0, fit=fit), Counts((60,), 3))
+    return nao_balance.run(Settings(0, fit=fit), Counts((60,), 3, 2))
 
 
 def test_margin_is_the_distance_from_the_nearest_edge_whichever_way_round():
@@ -149,6 +149,15 @@ def test_a_trial_is_what_it_says(tables, optimiser):
         assert trial.error == pytest.approx(np.linalg.norm(trial.projected - trial.best.pose) / np.sqrt(12))
 
 
+def test_poses_along_a_geodesic_are_held_one_by_one(tables, optimiser):
+    """Each from standing still: first and last here are where the ways begin and end."""
+    for before, trial in zip(tables[0].trials, tables[0].trials[1:], strict=False):
+        assert len(trial.held) == 2
+        for q, found in ((before.projected, trial.held[0]), (trial.projected, trial.held[1])):
+            alone = judge_pose(optimiser, q, True), judge_pose(optimiser, q)
+            assert [verdict.stable for verdict in found] == [verdict.stable for verdict in alone]
+
+
 def test_a_foot_in_the_floor_is_led_out_along_the_manifold(tables, optimiser):
     skill, obstacles = tables[0].skill, around(optimiser)
     poses = tables[0].demonstrations
@@ -205,8 +214,8 @@ def test_finite_differences_cost_more_and_come_to_the_same(tables):
 
 def test_rows_stand_beside_the_papers(tables):
     rows = {row.name: row for row in nao_balance_rows.rows(tables)}
-    assert len(rows) == 4 + 11
-    assert sum("stable" in name for name in rows) == 8
+    assert len(rows) == 4 + 13
+    assert sum("stable" in name for name in rows) == 10
     error = rows["Nao on one leg, 60 poses: RMSE of projections to the optimum"]
     assert error.measured == pytest.approx(np.mean([trial.error for trial in tables[0].trials]))
     assert (error.target, error.paper) == (0.01, "0.01")
@@ -219,3 +228,6 @@ def test_rows_stand_beside_the_papers(tables):
     projected = rows["Nao on one leg, 60 poses: projected states stable by both judges on a pedestal"]
     assert projected.target == 3  # 47 of 50, of three
     assert projected.measured == sum(trial.verdicts[0][0].stable for trial in tables[0].trials)
+    poses = rows["Nao on one leg, 60 poses: poses of geodesics stable by both judges on flat ground"]
+    assert poses.target == 6  # 46 of 50, of two poses of each of three
+    assert poses.measured == sum(pair[1].stable for trial in tables[0].trials for pair in trial.held)

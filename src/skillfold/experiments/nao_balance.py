@@ -1,9 +1,10 @@
 """Section VII-C and Table II of paper 000: a Nao balances on its left leg, the right foot anywhere it can reach.
 
 The skill is learnt from optimised poses with the defaults that a user gets. Random states, uniform within the joint
-limits, are projected onto it; geodesics lead from each projected state to the next. Neither knows of the floor, and
-both may put the free foot into it: what balances is judged on a pedestal and on flat ground, and again on flat ground
-with the floor known. The optimum of a projected state is the optimised pose whose swing foot is where the projection
+limits, are projected onto it; geodesics lead from each projected state to the next. Poses along these are held one by one, as
+the projections are; harder yet, they are played as motions, in which a foot must not drag. Neither knows of the floor,
+and both may put the free foot into it: what balances is judged on a pedestal and on flat ground, and motions again on
+flat ground with the floor known. The optimum of a projected state is the optimised pose whose swing foot is where the projection
 put it. The paper does not tell from how many poses it learnt: twice 500, and 500 as where it walks.
 """
 
@@ -31,15 +32,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Counts:
-    """How much is measured: poses learnt from, each with a skill of its own, and trials."""
+    """How much is measured: poses learnt from, each with a skill of its own, trials, and poses of each geodesic."""
 
     samples: tuple[int, ...] = (1000, 500)
     trials: int = 50
+    held: int = 10
 
     @classmethod
     def of(cls, settings: Settings) -> "Counts":
         """All, or few for a first look."""
-        return cls((150,), 10) if settings.quick else cls()
+        return cls((150,), 10, 3) if settings.quick else cls()
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,8 @@ class Trial:
         plan: from the projection before.
         seconds: that each took.
         random: verdict of the random state.
-        verdicts: of projection and plan, on a pedestal and on flat ground.
+        verdicts: of projection and plan, played as a motion, on a pedestal and on flat ground.
+        held: the same of poses along the plan, each held on its own.
         floor: what comes of it where the floor is known.
     """
 
@@ -82,6 +85,7 @@ class Trial:
     seconds: Seconds
     random: Verdict
     verdicts: tuple[tuple[Verdict, Verdict], tuple[Verdict, Verdict]]
+    held: list[tuple[Verdict, Verdict]]
     floor: Known
 
     @property
@@ -130,7 +134,8 @@ def run(settings: Settings, counts: Counts) -> list[Table]:
         settings.progress(label, begun)
         poses = drawn.poses[:samples]
         skill = settings.learn(poses, space=optimiser.robot.space)
-        found = trials(optimiser, skill, states, settings, label, (begun + 0.3 * share, begun + share))
+        between = begun + 0.3 * share, begun + share
+        found = trials(optimiser, skill, states, counts.held, settings, label, between)
         tables.append(Table(skill, poses, drawn.missed, shown, found))
     return tables
 
@@ -161,21 +166,29 @@ def trials(
     optimiser: Optimiser,
     skill: Any,
     states: Array,
+    held: int,
     settings: Settings,
     label: str = "",
     between: tuple[float, float] = (0.0, 1.0),
 ) -> list[Trial]:
-    """A trial for each state (n, 12), each begun where the one before ends."""
+    """A trial for each state (n, 12), each begun where the one before ends; so many poses of each way are held."""
     places = [np.asarray(skill.project(q)) for q in (optimiser.robot.home, *states)]
     obstacles = around(optimiser)
     clear = [led_out(skill, obstacles, q) for q in places]
     pairs = zip(states, places, places[1:], clear, clear[1:], strict=False)
-    cases = [(optimiser, skill, *case) for case in pairs]
+    cases = [(optimiser, skill, held, *case) for case in pairs]
     return list(in_parallel(trial, cases, settings.progress, label, between))
 
 
 def trial(
-    optimiser: Optimiser, skill: Any, state: Array, start: Array, projected: Array, clear_start: Array, clear: Array
+    optimiser: Optimiser,
+    skill: Any,
+    held: int,
+    state: Array,
+    start: Array,
+    projected: Array,
+    clear_start: Array,
+    clear: Array,
 ) -> Trial:
     """Everything that is asked of one state (12,), its projection and the one before."""
     projecting, _ = timed(lambda: skill.project(state))
@@ -184,6 +197,8 @@ def trial(
     asked = optimiser.over_foot(optimiser.robot.forward(projected, optimiser.robot.swing)[:3])
     optimising, best = timed(lambda: optimiser.optimise(asked))
     differencing, again = timed(lambda: optimiser.optimise(asked, analytic=False))
+    states = plan.path.states
+    some = states[np.linspace(0, len(states) - 1, held).round().astype(int)]
     return Trial(
         state,
         projected,
@@ -192,7 +207,8 @@ def trial(
         plan,
         Seconds(projecting, planning, coarsely, optimising, differencing),
         judge_pose(optimiser, state, True),
-        (both_grounds(optimiser, projected[None]), both_grounds(optimiser, plan.path.states)),
+        (both_grounds(optimiser, projected[None]), both_grounds(optimiser, states)),
+        [both_grounds(optimiser, q[None]) for q in some],
         known(optimiser, skill, clear_start, clear),
     )
 

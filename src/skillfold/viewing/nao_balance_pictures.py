@@ -150,25 +150,30 @@ def _times(ax: Any, table: Table) -> None:
 
 
 def _stable(ax: Any, table: Table) -> None:
-    """How many stand by both judges, and how many of these overlap with themselves."""
-    trials, total = table.trials, len(table.trials)
+    """What share stands by both judges, and which part of it overlaps with itself."""
+    trials = table.trials
     kinds: list[tuple[str, list[Verdict], int]] = [
         ("optimised", table.shown, PAPER_STABLE[0]),
         ("random", [trial.random for trial in trials], PAPER_STABLE[1]),
-        ("projected, pedestal", [trial.verdicts[0][0] for trial in trials], PAPER_STABLE[2]),
-        ("geodesic, pedestal", [trial.verdicts[1][0] for trial in trials], PAPER_STABLE[3]),
-        ("projected, floor", [trial.verdicts[0][1] for trial in trials], PAPER_STABLE[2]),
-        ("geodesic, floor", [trial.verdicts[1][1] for trial in trials], PAPER_STABLE[3]),
+    ]
+    for ground, where in enumerate(("pedestal", "floor")):
+        held = [pair[ground] for trial in trials for pair in trial.held]
+        kinds += [
+            (f"projected, {where}", [trial.verdicts[0][ground] for trial in trials], PAPER_STABLE[2]),
+            (f"geodesics' poses, {where}", held, PAPER_STABLE[3]),
+            (f"geodesics played, {where}", [trial.verdicts[1][ground] for trial in trials], PAPER_STABLE[3]),
+        ]
+    kinds += [
         ("projected, floor known", [trial.floor.verdicts[0] for trial in trials], PAPER_STABLE[2]),
-        ("geodesic, floor known", [trial.floor.verdicts[1] for trial in trials], PAPER_STABLE[3]),
+        ("geodesics played, floor known", [trial.floor.verdicts[1] for trial in trials], PAPER_STABLE[3]),
     ]
     for row, (_, verdicts, paper) in enumerate(kinds):
-        stable = sum(verdict.stable for verdict in verdicts)
-        alone = sum(verdict.stable and not verdict.collides for verdict in verdicts)
-        ax.plot([0, stable], [-row, -row], color=SOFT, linewidth=7.0, solid_capstyle="butt")
-        ax.plot([0, alone], [-row, -row], color=ON, linewidth=7.0, solid_capstyle="butt")
-        ax.plot(paper * total / 50, -row, color=OFF, marker="D", markersize=4.5, clip_on=False)
-    ax.set(xlim=(0, total * 1.02), ylim=(-len(kinds) + 0.4, 0.6), xlabel=f"stable by both judges, of {total}")
+        stable = np.mean([verdict.stable for verdict in verdicts])
+        alone = np.mean([verdict.stable and not verdict.collides for verdict in verdicts])
+        ax.plot([0, stable], [-row, -row], color=SOFT, linewidth=6.0, solid_capstyle="butt")
+        ax.plot([0, alone], [-row, -row], color=ON, linewidth=6.0, solid_capstyle="butt")
+        ax.plot(paper / 50, -row, color=OFF, marker="D", markersize=4.5, clip_on=False)
+    ax.set(xlim=(0, 1.02), ylim=(-len(kinds) + 0.4, 0.6), xlabel="share that both judges call stable")
     _named(ax, [name for name, _, _ in kinds], "who stands")
 
 

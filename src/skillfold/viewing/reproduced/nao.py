@@ -52,7 +52,8 @@ NAO = {
         (
             "No robot: stable is what both judges call stable, the centre of mass over the sole and two seconds of "
             "servos in MuJoCo's dynamics. Poses in which parts of the robot overlap are judged like all others, and "
-            "counted.",
+            "counted. Ten poses of each geodesic are held so, one by one; whole geodesics are played as motions "
+            "besides, which is harder: a foot that skims the ground stands there, but stumbles when it is dragged.",
             "The paper's robot stands on the ground; neither its demonstrations nor its projection know of it. Feet "
             "that end in the floor topple the robot, so the same is judged on a pedestal, on flat ground, and on "
             "flat ground with states led out of floor and robot and geodesics planned around both.",
