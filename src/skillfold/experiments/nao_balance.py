@@ -1,11 +1,12 @@
 """Section VII-C and Table II of paper 000: a Nao balances on its left leg, the right foot anywhere it can reach.
 
 The skill is learnt from optimised poses with the defaults that a user gets. Random states, uniform within the joint
-limits, are projected onto it; geodesics lead from each projected state to the next. Poses along these are held one by one, as
-the projections are; harder yet, they are played as motions, in which a foot must not drag. Neither knows of the floor,
-and both may put the free foot into it: what balances is judged on a pedestal and on flat ground, and motions again on
-flat ground with the floor known. The optimum of a projected state is the optimised pose whose swing foot is where the projection
-put it. The paper does not tell from how many poses it learnt: twice 500, and 500 as where it walks.
+limits, are projected onto it; geodesics lead from each projected state to the next. Poses along these are held one by
+one, as the projections are; harder yet, they are played as motions, in which a foot must not drag. Neither knows of
+the floor, and both may put the free foot into it: what balances is judged on a pedestal and on flat ground, and
+motions again on flat ground with the floor known. The optimum of a projected state is the optimised pose whose swing
+foot is where the projection put it. The paper does not tell from how many poses it learnt: twice 500, and 500 as
+where it walks.
 """
 
 from collections.abc import Callable
