@@ -44,6 +44,13 @@ def test_what_rounding_has_moved_apart_is_the_same():
     np.testing.assert_array_equal(distinct(np.zeros((3, 2))), [0])
 
 
+def test_what_rounding_has_moved_into_another_cell_is_the_same():
+    """Of so many even steps, every other one is on the edge of a cell."""
+    states = np.outer(np.linspace(0.0, 1.0, 1025), [1.0, 2.0, -4.0])
+    again = [states + 1e-13 * np.random.default_rng(i).normal(size=states.shape) for i in range(5)]
+    np.testing.assert_array_equal(distinct(np.vstack([states, *again])), np.arange(1025))
+
+
 def test_of_a_recording_given_twice_nothing_is_left():
     curve = curves()[0]
     once, twice = read_samples([curve], None), read_samples([curve, curve * (1.0 + 1e-15)], None)

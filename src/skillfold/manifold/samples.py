@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from skillfold.demonstrations import Demonstrations
 from skillfold.errors import InputError
@@ -89,7 +90,18 @@ def distinct(states: Array) -> Indices:
     """
     offsets = states - states[0]
     cells = np.round(offsets / max(SAME * float(np.abs(offsets).max()), 1e-300))
-    return np.sort(np.unique(cells, axis=0, return_index=True)[1])
+    rows = np.sort(np.unique(cells, axis=0, return_index=True)[1])
+    return np.delete(rows, _side_by_side(cells[rows])[:, 1])  # between two cells rounding decides for either
+
+
+def _side_by_side(cells: Array) -> Indices:
+    """Pairs of rows of whole numbers (n, D) that differ by one at most in each, the earlier first; (m, 2)."""
+    weights = np.sqrt(np.arange(2.0, 2.0 + cells.shape[1]))  # a sum by which hardly any others come near each other
+    along = cells @ weights
+    order = np.argsort(along)
+    near = np.diff(along[order]) <= weights.sum()
+    some = np.sort(order[np.append(near, False) | np.append(False, near)])
+    return some[KDTree(cells[some]).query_pairs(1.0, np.inf, output_type="ndarray")]
 
 
 def _crossing_notes(demos: Demonstrations) -> tuple[str, ...]:
