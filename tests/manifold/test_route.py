@@ -342,6 +342,13 @@ def test_resting_noise_takes_no_phase() -> None:
     assert np.abs(curve - by_arc_length(moving, 101)).max() < 0.05
 
 
+@pytest.mark.parametrize("at", [0, 150, 399])
+def test_pauses_are_no_part_of_the_way(at: int) -> None:
+    moving = spirals(1)[0]
+    paused = np.insert(moving, [at] * 3000, moving[at], axis=0)
+    np.testing.assert_array_equal(by_arc_length(paused, 101), by_arc_length(moving, 101))
+
+
 # ---------------------------------------------------------------- bad input
 
 

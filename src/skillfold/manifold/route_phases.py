@@ -50,9 +50,10 @@ def _toward_mean(curves: Array, share: Array) -> Array:
 def by_arc_length(states: Array, n_phases: int) -> Array:
     """(n_steps, D) to (n_phases, D), equally spaced in arc length.
 
-    The length is measured over chords of a phase or so: over every step, the noise of a robot at rest would
-    look like a long way.
+    A state that repeats the one before is no step of the way, however long the pause. The length is measured over
+    chords of a phase or so: over every step, the noise of a robot at rest would look like a long way.
     """
+    states = states[np.append(True, (states[1:] != states[:-1]).any(axis=1))]
     n_steps = len(states)
     knots = np.unique(np.linspace(0, n_steps - 1, min(n_steps, n_phases)).astype(np.intp))
     chords = np.linalg.norm(np.diff(states[knots], axis=0), axis=1)
