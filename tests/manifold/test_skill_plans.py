@@ -207,3 +207,27 @@ def test_paths_keep_within_the_edge():
     assert (0.6 * (1.0 - x**2) - y).max() < 0.1
     steps = np.linalg.norm(np.diff(plans[0].path.states, axis=0), axis=1)
     assert steps.max() < 1.5 * steps.mean()
+
+
+def _arches(count, steps=50):
+    """Recordings without noise, exact copies of each other but for where they are aside."""
+    t = np.linspace(0.0, 1.0, steps)
+    return [np.column_stack([t, np.full(steps, y), 0.2 * np.sin(3.0 * t)]) for y in np.linspace(0.0, 1.0, count)]
+
+
+@pytest.mark.parametrize(
+    ("recordings", "dim"),
+    [(_arches(21), 2), ([_arches(1)[0]] * 2, 1), ([np.outer(np.linspace(0.0, 1.0, 50), [1.0, 2.0, 3.0])] * 2, 1)],
+    ids=["copies", "twice the same", "line"],
+)
+def test_recordings_without_noise_are_followed_on_their_surface(recordings, dim):
+    """Chords between the recorded states lie farther off it than samples do."""
+    skill = fit(recordings, dim)
+    for i, j in np.random.default_rng(0).choice(50, (5, 2), replace=False):
+        plan = skill.plan(recordings[0][i], recordings[-1][j])
+        assert plan.success, plan.reason
+        off = skill.distance(plan.path.states)
+        allowed = skill.tolerance + 3.0 * plan.stats["spread"].max() + 1e-6 * skill.model.scale
+        assert off.max() <= 1.01 * max(allowed, 1.5 * off[0], 1.5 * off[-1])
+        bends = np.linalg.norm(np.diff(plan.path.states, 2, axis=0), axis=1)
+        assert bends.max() < plan.length / len(bends)

@@ -22,6 +22,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 EVENED = 0.04  # of a path: width over which the pull onto the manifold is evened out
+ALONE = 0.25  # states: an evening so narrow leaves each pulled by itself
+CLOSER = 0.9  # of the distance allowed before, in each further turn: feet move with the states
 SHOWN = 101  # states of a demonstrated route where the query names no number
 FAR = 1.2  # times as far from the demonstrations as is usual: a path that leads farther is held within their edge
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
@@ -101,15 +103,15 @@ def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], r
     """The way the demonstrations take between the query's ends and through its via points, pushed off obstacles."""
     count = query.points or SHOWN
     answer = route.between(query.states[0], query.states[-1], count, query.states[1:-1])
-    held = _hold(model, answer.states, query.states, DOUBTED * answer.spread)
+    ends = float(OnManifold(model).distance(query.states).max())
+    tolerance = max(usual(model) + 3.0 * float(answer.spread.max()), 1.5 * ends)
+    held = _hold(model, answer.states, query.states, usual(model) + DOUBTED * answer.spread, tolerance)
     story = "Follows the demonstrations"
     if query.obstacles is not None:
         aside = aside_of(held, query.states, query.obstacles)
         story += f", up to {np.linalg.norm(aside - held, axis=1).max():.3g} aside" if aside is not held else ""
         held = aside
     states = space.normalize(held)
-    ends = float(OnManifold(model).distance(query.states).max())
-    tolerance = max(model.scale * model.tolerance + 3.0 * float(answer.spread.max()), 1.5 * ends)
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model), query.obstacles)
     if answer.reversed:
         story += ", travelled backwards"
@@ -165,25 +167,35 @@ def joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]
     return states
 
 
-def _hold(model: Model, states: Array, given: Array, spread: Array) -> Array:
-    """Pull states that are farther off the manifold than samples are back toward that distance.
+def _hold(model: Model, states: Array, given: Array, allowed: Array, enough: float) -> Array:
+    """Pull states that are farther off the manifold than is allowed (n,) back toward that distance.
 
     The pull is evened out along the path and fades to nothing at the given states: neighbours whose feet lie on
-    different parts of the surface must not tear the path.
+    different parts of the surface must not tear the path. Where that leaves a state farther off than is enough, as
+    where chords of a recording are off by turns, all are pulled on, in each turn evened out half as far and a little
+    closer.
     """
-    allowed = model.scale * model.tolerance + spread
-    off = OnManifold(model, float(allowed.min())).distance(states) > allowed
-    fixed = np.flatnonzero((states[:, None] == given[None]).all(2).any(1))
-    if not off.any():
-        return states
+    width = EVENED * len(states)
+    while True:
+        off = OnManifold(model, float(allowed.min())).distance(states) > allowed
+        if not off.any():
+            return states
+        states = states + _pull(model, states, given, off, allowed[off], width)
+        if width < ALONE or OnManifold(model, enough).distance(states).max() <= enough:
+            return states
+        width, allowed = width / 2.0, CLOSER * allowed
+
+
+def _pull(model: Model, states: Array, given: Array, off: Array, allowed: Array, width: float) -> Array:
+    """From states (n, D) that are off (n,) toward their feet, up to the distance allowed there, evened out."""
     foot, _ = project_anchored(model, states[off])
     pull = np.zeros_like(states)
     away = np.maximum(np.linalg.norm(states[off] - foot, axis=1), 1e-300)
-    pull[off] = np.maximum(1.0 - allowed[off] / away, 0.0)[:, None] * (foot - states[off])
-    width = EVENED * len(states)
+    pull[off] = np.maximum(1.0 - allowed / away, 0.0)[:, None] * (foot - states[off])
+    fixed = np.flatnonzero((states[:, None] == given[None]).all(2).any(1))
     nearest = np.abs(np.arange(len(states))[:, None] - fixed).min(1)
     fade = np.minimum(1.0, nearest / (2.0 * width))[:, None]
-    return states + fade * gaussian_filter1d(pull, width, axis=0, mode="nearest")
+    return fade * gaussian_filter1d(pull, width, axis=0, mode="nearest")
 
 
 def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
