@@ -129,3 +129,11 @@ def test_bases_are_turned_as_one_after_the_other_would_be(n_dims, dim):
         u, _, vt = np.linalg.svd(frames[i].T @ expected[parents[i]])
         expected[i] = frames[i] @ u @ vt
     np.testing.assert_allclose(align_frames(frames, graph), expected, atol=1e-10)
+
+
+def test_the_stride_is_from_place_to_place_however_many_samples_stand_about_each():
+    places = np.outer(np.arange(30.0), [3.0, 4.0])
+    for count in (1, 2, 7):
+        trembling = 1e-3 * np.random.default_rng(0).normal(size=(30 * count, 2))
+        graph = build_graph(np.repeat(places, count, axis=0) + trembling, 8)
+        assert graph.stride(30 * count) == pytest.approx(5.0, rel=1e-2)

@@ -11,10 +11,14 @@ from skillfold.experiments.three_link import REACHING, forward, optimal
 from skillfold.manifold.projection import OnManifold
 
 
-def test_inside_is_calibrated_on_held_out_samples():
-    """One is the 95 % quantile: of new samples of the same kind about one in twenty lies beyond."""
+@pytest.mark.parametrize("count", [400, 2050, 3000])
+def test_inside_is_calibrated_on_held_out_samples(count):
+    """One is the 95 % quantile: of new samples of the same kind about one in twenty lies beyond.
+
+    Whether all samples are anchors, or most, or so many.
+    """
     rng = np.random.default_rng(5)
-    skill = fit(clouds.draw_sphere(400, rng), 2)
+    skill = fit(clouds.draw_sphere(count, rng), 2)
     share = (skill.inside(clouds.draw_sphere(2000, rng)) > 1).mean()
     assert 0.02 < share < 0.09
 

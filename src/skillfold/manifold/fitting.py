@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from skillfold.errors import InputError
 from skillfold.manifold.anchors import LocalSurfaces
 from skillfold.manifold.free import split_directions
-from skillfold.manifold.graph import align_frames, build_graph
+from skillfold.manifold.graph import Graph, align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
 from skillfold.manifold.kernels.judging import displacements
 from skillfold.manifold.kernels.scratch import evaluator
@@ -31,6 +31,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 MOST_ANCHORS = 2000
 LEAST, PER_ANCHOR = 4, 10  # times the samples per anchor: neighbourhoods tried, where samples are many
+HALF_WAY = 0.45  # of a stride from anchor to anchor: as near are nine of ten places along it
 EDGES = 2000  # that the field is trained on
 QUANTILE = 0.95
 NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
@@ -138,7 +139,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     trials += more
     progress("training the tangent field", 0.0)
     field = train(features, anchors, edges, frames, ridge)
-    tolerance, spacing = _calibrate(inner, anchors, judged)
+    tolerance, spacing = _calibrate(inner, anchors, judged, graph)
     surface, kernel_field = (
         _kernel_surface(anchors, local, judged.degree, threads),
         _kernel_field(field),
@@ -152,7 +153,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
         free=np.ascontiguousarray(split.free),
         free_extent=np.abs(outer @ split.free).max(0) * scale,
         edges=graph.edges,
-        step=graph.median,
+        step=max(graph.median, HALF_WAY * graph.stride(len(anchors))),
         tolerance=tolerance,
         trust=_trust(surface, kernel_field, spacing, threads),
     )
@@ -216,11 +217,15 @@ def _trust(surface: Surface, field: Field, spacing: float, jobs: int) -> Trust:
     return trust_in(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
 
 
-def _calibrate(inner: Array, anchors: Array, judged: Chosen) -> tuple[float, float]:
-    """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor."""
+def _calibrate(inner: Array, anchors: Array, judged: Chosen, graph: Graph) -> tuple[float, float]:
+    """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor.
+
+    A left-out sample that is an anchor itself is no nearer to the others than to the nearest sample. Half-way between
+    anchors that follow each other is no farther out than usual, however near each has a twin.
+    """
     left_out = inner[judged.left_out]
-    if len(anchors) == len(inner):
-        spacing = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
-    else:
-        spacing = KDTree(anchors).query(left_out)[0]
-    return float(np.sqrt(np.quantile(judged.squares, QUANTILE))), float(np.quantile(spacing, QUANTILE))
+    spacing = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
+    if len(anchors) < len(inner):
+        spacing = np.maximum(spacing, KDTree(anchors).query(left_out)[0])
+    tolerance = float(np.sqrt(np.quantile(judged.squares, QUANTILE)))
+    return tolerance, max(float(np.quantile(spacing, QUANTILE)), HALF_WAY * graph.stride(len(anchors)))

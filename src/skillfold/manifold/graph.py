@@ -36,6 +36,15 @@ class Graph:
         """ℓ, the typical distance between neighbours (section IV-A3)."""
         return float(np.median(self.lengths))
 
+    def stride(self, n_samples: int) -> float:
+        """Half of the shortest way that joins all samples is in steps longer than this.
+
+        Where several samples stand about each place, most edges are short, and yet the way is from place to place.
+        """
+        steps = np.sort(minimum_spanning_tree(self.matrix(n_samples)).data)
+        way = np.cumsum(steps)
+        return float(steps[np.searchsorted(way, 0.5 * way[-1])])
+
     def matrix(self, n_samples: int) -> Any:
         """Sparse symmetric matrix of edge lengths."""
         i, j = self.edges.T
