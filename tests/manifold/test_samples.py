@@ -5,7 +5,7 @@ import pytest
 
 from manifold.conftest import curves, fit
 from skillfold.manifold.free import split_directions
-from skillfold.manifold.samples import distinct, read_samples, told_apart
+from skillfold.manifold.samples import crowds, distinct, read_samples, told_apart
 
 
 def bent(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -56,6 +56,56 @@ def test_of_a_recording_given_twice_nothing_is_left():
     once, twice = read_samples([curve], None), read_samples([curve, curve * (1.0 + 1e-15)], None)
     assert twice.groups is None
     np.testing.assert_array_equal(once.states, twice.states)
+
+
+def test_of_one_given_again_so_little_is_left_that_it_does_not_count():
+    curve = curves()[0]
+    moved = curve.copy()
+    moved[30] += 1e-6
+    once, twice = read_samples([curve], None), read_samples([curve, moved], None)
+    assert twice.groups is None
+    np.testing.assert_array_equal(once.states, twice.states)
+
+
+def _bowl(count, times, tremble):
+    """Places on z = 0.3 (x² + y²), so many samples at each; (count * times, 3)."""
+    rng = np.random.default_rng(3)
+    places = rng.uniform(-1.0, 1.0, (count, 2))
+    held = np.repeat(np.column_stack([places, 0.3 * (places**2).sum(1)]), times, axis=0)
+    return held + tremble * rng.normal(size=held.shape)
+
+
+@pytest.mark.parametrize(("times", "tremble"), [(2, 1e-8), (4, 1e-4), (15, 1e-6)])
+def test_poses_that_were_held_are_left_out_as_one(times, tremble):
+    """Else their samples would predict each other: neither noise nor how far apart places are would be known."""
+    held = _bowl(200, times, tremble)
+    skill = fit(held, 2)
+    assert skill.noise > 0.9 * max(tremble, 1e-6)
+    for i, j in np.random.default_rng(0).choice(len(held), (4, 2)):
+        plan = skill.plan(held[i], held[j])
+        assert plan.success, plan.reason
+        x, y, z = plan.path.states.T
+        assert np.abs(z - 0.3 * (x**2 + y**2)).max() < max(5.0 * skill.tolerance, 1e-3)
+
+
+@pytest.mark.parametrize("tremble", [1e-8, 1e-5])
+def test_a_motion_repeated_in_the_same_steps_is_left_out_place_by_place(tremble):
+    rng = np.random.default_rng(0)
+    curve = curves()[0]
+    once = fit([curve, curve], 1)
+    skill = fit([curve + tremble * rng.normal(size=curve.shape) for _ in range(5)], 1)
+    assert 0.5 < skill.residual / once.residual < 2.0
+    for route in (None, "geodesic"):
+        plan = skill.plan(curve[5], curve[-9], route=route)
+        assert plan.success, plan.reason
+        assert once.distance(plan.path.states).max() < 10.0 * once.tolerance
+
+
+def test_a_few_large_parts_are_no_crowds():
+    parts = [_bowl(150, 1, 0.0) + 200.0 * i for i in range(4)]
+    assert crowds(np.vstack(parts)) is None
+    assert crowds(_bowl(300, 1, 0.0)) is None
+    assert crowds(np.eye(2)) is None
 
 
 def test_what_is_left_keeps_its_recording():

@@ -5,7 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from skillfold.demonstrations import Demonstrations
 from skillfold.errors import InputError
@@ -19,6 +22,11 @@ TOTAL = 2000  # at most, of all recordings, while each keeps FEWEST
 FEWEST = 50
 SPARE = 3  # distinct states more than coordinates that are needed
 SAME = 1e-9  # of their extent: states that are nearer each other are one
+REST = 0.1  # of a recording, relative to others: with less left than that, it is one of the others given again
+MOST = 20_000  # states of a cloud among which crowds are looked for
+LOOKED_AT, CROWD = 30, 200  # of them, and how many the largest crowd may have
+APART = 30.0  # times as far as to the others of its crowd it is from a state to the next crowd
+WITHIN = 3.0  # times that far the widest crowd reaches
 
 
 @dataclass(frozen=True)
@@ -27,7 +35,8 @@ class Samples:
 
     Attributes:
         states: (N, D), distinct.
-        groups: (N,) recording of each; None for a cloud, and where only one recording has samples of its own.
+        groups: (N,) recording of each, or crowd where they stand in crowds; None for a cloud without, and where only
+            one recording has samples of its own.
         recordings: as given, each (n_steps, D); empty for a cloud.
         space, names: of the coordinates.
         count: samples before resampling.
@@ -55,7 +64,8 @@ def read_samples(demos: Demonstrations | Array | Sequence[Array], space: StateSp
 
 
 def _of_cloud(demos: Demonstrations) -> Samples:
-    return Samples(demos.states[distinct(demos.states)], None, (), demos.space, demos.names, len(demos.states), ())
+    states, groups = told_apart(demos.states, None)
+    return Samples(states, groups, (), demos.space, demos.names, len(demos.states), ())
 
 
 def _of_recordings(demos: Demonstrations) -> Samples:
@@ -77,10 +87,17 @@ def _of_recordings(demos: Demonstrations) -> Samples:
 
 
 def told_apart(states: Array, groups: Indices | None) -> tuple[Array, Indices | None]:
-    """Distinct states, and their recordings unless one is left: of one given twice nothing is, the second time."""
+    """Distinct states, and what to leave out together: crowds, or recordings unless one is left.
+
+    Of a recording given twice nothing is, the second time, or so little that it does not count.
+    """
     rows = distinct(states)
-    left = groups[rows] if groups is not None else None
-    return states[rows], left if left is not None and left[0] != left[-1] else None
+    if groups is not None:
+        share = np.bincount(groups[rows], minlength=groups.max() + 1) / np.maximum(np.bincount(groups), 1)
+        rows = rows[share[groups[rows]] > REST * share.max()]
+        groups = groups[rows] if groups[rows[0]] != groups[rows[-1]] else None
+    crowd = crowds(states[rows])
+    return states[rows], groups if crowd is None else crowd
 
 
 def distinct(states: Array) -> Indices:
@@ -102,6 +119,28 @@ def _side_by_side(cells: Array) -> Indices:
     near = np.diff(along[order]) <= weights.sum()
     some = np.sort(order[np.append(near, False) | np.append(False, near)])
     return some[KDTree(cells[some]).query_pairs(1.0, np.inf, output_type="ndarray")]
+
+
+def crowds(states: Array) -> Indices | None:
+    """Which crowd each of (N, D) belongs to, where most stand in crowds about places far from each other; else None.
+
+    A pose that was held while states were taken gives such crowds, and so does a motion that a robot repeats in the
+    same steps. In a crowd states predict each other far better than anything is known from place to place.
+    """
+    k = min(CROWD, len(states) - 1)
+    if k < 2 or len(states) > MOST:
+        return None
+    some = states[np.linspace(0, len(states) - 1, min(len(states), LOOKED_AT)).astype(int)]
+    squares = np.partition(np.asarray(cdist(some, states, "sqeuclidean"), np.float64), k, axis=1)
+    nearest = np.sqrt(np.sort(squares[:, : k + 1], axis=1)[:, 1:])
+    steps = nearest[:, 1:] / nearest[:, :-1]
+    if np.median(steps.max(1)) <= APART:
+        return None
+    reach = WITHIN * float(np.median(nearest[np.arange(len(some)), steps.argmax(1)]))
+    pairs = KDTree(states).query_pairs(reach, output_type="ndarray")
+    joined = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(states), len(states)))
+    count, crowd = connected_components(joined, directed=False)
+    return crowd.astype(np.int64) if count >= len(states) / count else None  # few large ones are parts of the data
 
 
 def _crossing_notes(demos: Demonstrations) -> tuple[str, ...]:
