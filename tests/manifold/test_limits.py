@@ -77,3 +77,36 @@ def test_limits_are_kept_after_saving(dome, tmp_path):
     bounded.save(tmp_path / "dome.npz")
     again = SkillManifold.load(tmp_path / "dome.npz")
     np.testing.assert_array_equal(again.project(states()), bounded.project(states()))
+
+
+def _clipped_recordings():
+    t, rng = np.linspace(0.0, 1.0, 60), np.random.default_rng(1)
+    w = rng.normal(size=(3, 5))
+    return [np.clip(np.sin(np.outer(t, [1, 2, 3]) @ w / 2 + 0.1 * rng.normal(size=5)), -0.4, 0.6) for _ in range(5)]
+
+
+@pytest.mark.parametrize("route", [None, "geodesic"])
+def test_plans_between_demonstrated_states_keep_the_limits_that_these_touch(route):
+    recordings = _clipped_recordings()
+    skill = fit(recordings, 1, space=StateSpace.linear(5, -0.4, 0.6))
+    for a, b in ((0, -1), (-1, 0), (5, 40), (9, 9)):
+        plan = skill.plan(recordings[0][a], recordings[1][b], route=route)
+        assert plan.success, plan.reason
+        assert skill.space.contains(plan.path.states, 1e-9).all()
+        np.testing.assert_array_equal(plan.path.states[[0, -1]], [recordings[0][a], recordings[1][b]])
+
+
+def test_geodesics_keep_the_limits_that_noisy_samples_touch():
+    """A smooth surface lies beyond some of them."""
+    rng = np.random.default_rng(1)
+    places = rng.uniform(-1.0, 1.0, (250, 2))
+    samples = np.column_stack([places, 0.3 * (places**2).sum(1)]) + 1e-3 * rng.normal(size=(250, 3))
+    space = StateSpace.linear(3, samples.min(0), samples.max(0))
+    skill = fit(samples, 2, space=space)
+    corners = [samples[(samples @ [x, y, 0.5]).argmax()] for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+    touching = [samples[:, i].argmax() for i in range(3)] + [samples[:, i].argmin() for i in range(3)]
+    for state in (*corners, *samples[touching]):
+        for goal in (corners[0], state):
+            plan = skill.plan(state, goal)
+            assert plan.success, plan.reason
+            assert space.contains(plan.path.states, 1e-9).all()

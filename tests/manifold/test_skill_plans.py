@@ -235,3 +235,13 @@ def test_recordings_without_noise_are_followed_on_their_surface(recordings, dim)
         assert off.max() <= 1.01 * max(allowed, 1.5 * off[0], 1.5 * off[-1])
         bends = np.linalg.norm(np.diff(plan.path.states, 2, axis=0), axis=1)
         assert bends.max() < plan.length / len(bends)
+
+
+def test_a_geodesic_to_where_it_starts_stays_there():
+    """Also where the state is a little off the surface and the field tells its tangents badly."""
+    recordings = curves()
+    skill = fit(recordings, 2, kernels=1)
+    for state in recordings[0][::20]:
+        plan = skill.plan(state, state, route="geodesic")
+        assert plan.success, plan.reason
+        assert plan.length == 0.0

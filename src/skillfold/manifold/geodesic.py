@@ -43,10 +43,12 @@ class Geodesic(NamedTuple):
 
 
 def geodesic(model: Model, ends: Array, points: int) -> Geodesic:
-    """Between two ends (2, D), which stay as they are but for rounding.
+    """Between two ends (2, D), which stay as they are but for rounding; where they are the same, so do all states.
 
     Where the field's tangents lie across the surface somewhere along it, it is solved with the surface's own.
     """
+    if np.array_equal(ends[0], ends[1]):
+        return Geodesic(np.repeat(ends[:1], points, axis=0), 0, True, "grown")
     found = _solved(model, ends, points, "grown")
     if found.converged:
         return found

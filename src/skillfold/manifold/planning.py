@@ -1,6 +1,6 @@
 """Plans: the ends brought onto the manifold, a path between them, the check, and the story in words."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -81,10 +81,28 @@ def _over_anchors(model: Model, ends: Array, part: Geodesic) -> Geodesic:
 
 def _checked(model: Model, space: StateSpace, asked: Array, parts: list[Geodesic]) -> tuple[Check, Array]:
     """Verdict on the path through the asked states, and its states (n, D)."""
-    states = joined(space, [part.states for part in parts], asked, [len(part.states) for part in parts])
+    paths, counts = [part.states for part in parts], [len(part.states) for part in parts]
     near = usual(model)
     tolerance = near * (1.0 + 1e-9)  # ends that were left where they are keep this too
-    return check_path(states, OnManifold(model, tolerance), tolerance, space, near), states
+    return _verdict(
+        lambda states: check_path(states, OnManifold(model, tolerance), tolerance, space, near),
+        space,
+        joined(space, paths, asked, counts),
+        lambda: joined(space, [within_limits(model, path, space) for path in paths], asked, counts),
+    )
+
+
+def _verdict(
+    judge: Callable[[Array], Check], space: StateSpace, states: Array, inside: Callable[[], Array]
+) -> tuple[Check, Array]:
+    """Of a path, or where it fails of what it is inside the limits of its coordinates, if that passes; and which."""
+    check = judge(states)
+    if not check.ok and space.is_bounded:
+        brought = inside()
+        again = judge(brought)
+        if again.ok:
+            return again, brought
+    return check, states
 
 
 def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:
@@ -92,9 +110,13 @@ def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, .
     asked, moved, supported = onto(model, space, query.states)
     counts = shares(asked, query.points)
     legs = [led_path(route, a, b, count) for a, b, count in zip(asked[:-1], asked[1:], counts, strict=True)]
-    states = joined(space, [leg.states for leg in legs], asked, counts)
     tolerance = usual(model) + DOUBTED * max(leg.spread for leg in legs)
-    check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model))
+    check, states = _verdict(
+        lambda states: check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model)),
+        space,
+        joined(space, [leg.states for leg in legs], asked, counts),
+        lambda: joined(space, [_clipped(space, leg.states, asked) for leg in legs], asked, counts),
+    )
     parts = [Geodesic(leg.states, leg.iterations, leg.converged, "recordings") for leg in legs]
     return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
 
@@ -111,8 +133,13 @@ def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], r
         aside = aside_of(held, query.states, query.obstacles)
         story += f", up to {np.linalg.norm(aside - held, axis=1).max():.3g} aside" if aside is not held else ""
         held = aside
-    states = space.normalize(held)
-    check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model), query.obstacles)
+    constraint, obstacles = OnManifold(model, tolerance), query.obstacles
+    check, states = _verdict(
+        lambda states: check_path(states, constraint, tolerance, space, usual(model), obstacles),
+        space,
+        space.normalize(held),
+        lambda: space.normalize(_clipped(space, held, query.states)),
+    )
     if answer.reversed:
         story += ", travelled backwards"
     if answer.start_phase > 0.0 or answer.goal_phase < 1.0:
@@ -123,6 +150,12 @@ def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], r
     plan = told(states, names, check, story + ".", [], np.zeros(len(query.states)), "demonstrated")
     plan.stats.update(stats, supported=answer.supported, reversed=answer.reversed)
     return plan
+
+
+def _clipped(space: StateSpace, states: Array, given: Array) -> Array:
+    """States (n, D) within the limits of their coordinates, but for those that were given."""
+    kept = (states[:, None] == given).all(2).any(1)
+    return np.where(kept[:, None], states, np.clip(states, space.lower, space.upper))
 
 
 def usual(model: Model) -> float:
