@@ -19,6 +19,7 @@ from skillfold.motion import Path, Plan
 from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 EVENED = 0.04  # of a path: width over which the pull onto the manifold is evened out
@@ -219,7 +220,7 @@ def _hold(model: Model, states: Array, given: Array, allowed: Array, enough: flo
         width, allowed = width / 2.0, CLOSER * allowed
 
 
-def _pull(model: Model, states: Array, given: Array, off: Array, allowed: Array, width: float) -> Array:
+def _pull(model: Model, states: Array, given: Array, off: Flags, allowed: Array, width: float) -> Array:
     """From states (n, D) that are off (n,) toward their feet, up to the distance allowed there, evened out."""
     foot, _ = project_anchored(model, states[off])
     pull = np.zeros_like(states)
