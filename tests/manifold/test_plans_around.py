@@ -441,3 +441,16 @@ def test_ends_far_from_all_that_was_shown_are_data(sphere, ends):
         plan = sphere.plan(ends[0] + 100.0, ends[1] - 100.0, method=method, obstacles=disc(sphere, 0.4))
         assert np.isfinite(plan.path.states).all()
         assert "moved" in plan.reason or not plan.success
+
+
+@pytest.mark.parametrize("torn", [np.nan, np.inf, 1e200])
+def test_springs_that_tear_the_path_apart_leave_the_shortest(sphere, ends, monkeypatch, torn):
+    def tearing(table, chart, barrier, path, *how):
+        path[1:-1] *= torn
+        return 2000, torn
+
+    monkeypatch.setattr("skillfold.manifold.springs.relax_springs", tearing)
+    plan = sphere.plan(*ends, obstacles=disc(sphere, 0.4), method="springs")
+    assert not plan.success
+    assert not plan.converged
+    assert "not clear" in plan.reason

@@ -11,10 +11,14 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 TOLERANCE = 1e-5  # of the last step, rms radii
 LIMIT = 2000  # iterations
+TORN = 1e6  # rms radii: states so far away come back no more
 
 
 def sprung(terrain: Terrain, path: Array) -> tuple[Array, int, bool]:
-    """The path (n, D) after obstacles and springs came to rest; iterations, and whether they did."""
+    """The path (n, D) after obstacles and springs came to rest; iterations, and whether they did.
+
+    Where they tear it apart instead, it is left as it was.
+    """
     moved_path = path.copy()
     capacity = max(terrain.compiled.capacity, 1)
     iterations, moved = relax_springs(
@@ -27,4 +31,5 @@ def sprung(terrain: Terrain, path: Array) -> tuple[Array, int, bool]:
         TOLERANCE,
         LIMIT,
     )
-    return moved_path, int(iterations), bool(moved < TOLERANCE)
+    held = bool((np.abs(moved_path) < TORN).all())
+    return moved_path if held else path, int(iterations), held and bool(moved < TOLERANCE)
