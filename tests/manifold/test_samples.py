@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from manifold.conftest import curves, fit
+from skillfold.errors import DisconnectedError
 from skillfold.manifold.free import split_directions
 from skillfold.manifold.samples import crowds, distinct, read_samples, told_apart
 
@@ -106,6 +107,16 @@ def test_a_few_large_parts_are_no_crowds():
     assert crowds(np.vstack(parts)) is None
     assert crowds(_bowl(300, 1, 0.0)) is None
     assert crowds(np.eye(2)) is None
+
+
+def test_poses_that_were_held_fall_apart_where_the_poses_do():
+    rng = np.random.default_rng(2)
+    place = np.sort(rng.uniform(0.0, 1.0, 40))
+    curve = np.repeat(np.column_stack([place, place**2, np.sin(place)]), 11, axis=0)
+    held = curve + 1e-7 * rng.normal(size=curve.shape)
+    assert fit(held, 1).tolerance < 1e-3
+    with pytest.raises(DisconnectedError, match=r"2 parts: 40 samples; 40 samples\. The widest gap"):
+        fit(np.vstack([held, held + 30.0]), 1)
 
 
 def test_what_is_left_keeps_its_recording():

@@ -18,7 +18,7 @@ from skillfold.manifold.kernels.surface import Field, Surface, Trust
 from skillfold.manifold.kernels.tabled import tabled
 from skillfold.manifold.model import Model, as_maps, build_surface, trust_in
 from skillfold.manifold.polynomials import monomials
-from skillfold.manifold.samples import SPARE, told_apart
+from skillfold.manifold.samples import SPARE, crowds, told_apart
 from skillfold.manifold.selection import choose_field
 from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
 from skillfold.manifold.smoothing import denoised
@@ -108,7 +108,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     chosen = _anchor_choice(inner, options.seed)
     anchor_groups = groups[chosen] if groups is not None else None
     neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
-    build_graph(inner[chosen], neighbors, anchor_groups, scale=scale)  # says early where the samples fall apart
+    _check_together(inner[chosen], neighbors, anchor_groups, scale)
     progress("looking for the dimension", 0.0)
     split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed, threads)
     outer, inner, dim = inner, inner @ split.kept, split.dim
@@ -161,6 +161,14 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     normals = max(1, inner.shape[1] - dim)
     residual = judged.residual * scale
     return Fitted(model, field, ridge, residual / np.sqrt(normals), residual, Selection(trials))
+
+
+def _check_together(points: Array, neighbors: int, groups: Indices | None, scale: float) -> None:
+    """Say early where samples fall apart; crowds each make one place."""
+    crowd = crowds(points)
+    if crowd is not None:
+        points, groups = points[np.sort(np.unique(crowd, return_index=True)[1])], None
+    build_graph(points, min(neighbors, len(points) - 1), groups, scale=scale)
 
 
 def _anchor_choice(inner: Array, seed: int) -> Indices:
