@@ -72,6 +72,14 @@ def test_a_longer_duration_is_kept_and_a_shorter_one_refused():
         time_path(path, VELOCITY, ACCELERATION, duration=0.1)
 
 
+@pytest.mark.parametrize("size", [1e6, 1e50])
+def test_motions_that_would_take_hours_are_a_slip_of_units(size):
+    with pytest.raises(InputError, match="units of the states"):
+        time_path(size * curved(1), VELOCITY, ACCELERATION)
+    with pytest.raises(InputError, match="10000 at most"):
+        time_path(curved(1), VELOCITY, ACCELERATION, duration=size)
+
+
 @pytest.mark.parametrize("states", [[[1.0, 2.0]], [[1.0, 2.0]] * 5])
 def test_a_path_without_length_rests(states):
     reference = time_path(np.array(states))

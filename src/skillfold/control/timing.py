@@ -12,6 +12,7 @@ from skillfold.errors import InputError
 from skillfold.motion import Array, Path, Trajectory
 
 STEP = 0.02  # seconds between knots
+LONGEST = 1e4  # seconds of a motion: longer is a slip of units, and would not fit into memory
 MARGIN = 0.95  # share of the limits that is used
 SPEED, RISE = 1.0, 4.0  # limits of coordinates without any, in units per s and s²
 GRID = 400  # places along the path at which the limits are looked at
@@ -119,8 +120,8 @@ def _limit(values: Any, n_dims: int, missing: float, name: str) -> Array:
 
 
 def _seconds(duration: Any) -> float:
-    if not (isinstance(duration, int | float | np.number) and np.isfinite(duration) and duration > 0):
-        raise InputError(f"duration {duration!r}; expected seconds, above zero.")
+    if not (isinstance(duration, int | float | np.number) and 0 < duration <= LONGEST):
+        raise InputError(f"duration {duration!r}; expected seconds, above zero and {LONGEST:g} at most.")
     return float(duration)
 
 
@@ -154,6 +155,11 @@ def _law(curve: Spline, length: float, v: Array, a: Array, speed: float) -> tupl
         s = np.linspace(0.5 * ease * u[0], length, GRID)
         u = _fastest(s, curve(s, 1), curve(s, 2), v, a, u[0])
     moments = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / np.maximum(u[1:] + u[:-1], 1e-9))])
+    if not moments[-1] <= LONGEST:
+        raise InputError(
+            f"The limits of velocity and acceleration need {moments[-1]:.3g} s; expected {LONGEST:g} s at most. Are "
+            "the limits in the units of the states?"
+        )
     tick = min(0.2 * STEP, moments[-1] / GRID)
     window = np.hanning(max(round(ease / tick), 2) + 2)[1:-1]
     ticks = np.arange(int(np.ceil(moments[-1] / tick)) + 2) * tick
