@@ -61,6 +61,13 @@ def test_paths_without_recordings_are_told(folder, path, told):
         sf.Demonstrations.load(folder / path)
 
 
+@pytest.mark.parametrize("times", [1.0, "soon"])
+def test_times_that_are_no_list_are_told(tmp_path, times):
+    np.savez(tmp_path / "a.npz", states=np.eye(2), times=np.array(times))
+    with pytest.raises(RecordingError, match="times of shape"):
+        sf.Demonstrations.load(tmp_path / "a.npz")
+
+
 @pytest.mark.parametrize("path", [7, None, [], [None], [["a.csv"]], b"a.csv", "~nobody_of_this_name/a.csv"])
 def test_what_is_no_path_is_told(path):
     with pytest.raises(RecordingError):

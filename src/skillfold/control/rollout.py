@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 from os import PathLike
-from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -93,7 +92,7 @@ class Rollout:
         """
         from skillfold.io.rollout_files import write_rollout
 
-        write_rollout(Path(path), self)
+        write_rollout(path, self)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Self:
@@ -104,5 +103,5 @@ class Rollout:
         """
         from skillfold.io.rollout_files import read_rollout
 
-        arrays, contacts, names, facts = read_rollout(Path(path))
+        arrays, contacts, names, facts = read_rollout(path)
         return cls(**arrays, contacts=tuple(Contact(*c) for c in contacts), names=names, facts=facts)

@@ -82,7 +82,7 @@ def _times(entries: dict[str, Any], keys: list[str], states: list[Any], path: Pa
     times = entries["times"]
     if times.ndim == 1:
         return [times] * len(states)
-    if len(times) != len(states):
+    if times.ndim == 0 or len(times) != len(states):
         raise RecordingError(f"{path}: times of shape {times.shape} for {len(states)} recordings.")
     return list(times)
 

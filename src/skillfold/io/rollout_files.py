@@ -1,6 +1,7 @@
 """Files of closed-loop runs: everything in a sealed NPZ, the steps as a CSV table."""
 
 import csv
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,12 +30,16 @@ SHAPES = {
 }
 
 
-def write_rollout(path: Path, rollout: "Rollout") -> None:
+def write_rollout(path: str | PathLike[str], rollout: "Rollout") -> None:
     """Write a run as `.npz` or `.csv`.
 
     Raises:
         SkillFileError: the file cannot be written, or ends in something else.
     """
+    try:
+        path = Path(path)
+    except TypeError:
+        raise SkillFileError(f"{path!r:.40}: no path; expected the name of a file.") from None
     kind = path.suffix.lower()
     if kind == ".npz":
         header = {
@@ -51,7 +56,7 @@ def write_rollout(path: Path, rollout: "Rollout") -> None:
         raise SkillFileError(f"{path}: ends in {kind or 'nothing'!r}; possible: .npz, .csv.")
 
 
-def read_rollout(path: Path) -> tuple[Arrays, list[Any], tuple[str, ...], dict[str, Any]]:
+def read_rollout(path: str | PathLike[str]) -> tuple[Arrays, list[Any], tuple[str, ...], dict[str, Any]]:
     """Arrays, contacts, joint names and facts of a run.
 
     Raises:
@@ -106,5 +111,5 @@ def _write_table(path: Path, rollout: "Rollout") -> None:
             writer.writerow(head)
             for time, mode, row in zip(rollout.times.tolist(), rollout.modes, numbers.tolist(), strict=True):
                 writer.writerow([time, mode, *row])
-    except OSError as error:
-        raise SkillFileError(f"{path}: cannot be written: {error.strerror or error}.") from None
+    except (OSError, ValueError) as error:  # a name with a zero byte
+        raise SkillFileError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}.") from None
