@@ -1,5 +1,7 @@
 """Robots from files: what is made of a URDF, and what a file that cannot be used is told."""
 
+import warnings
+
 import mujoco
 import numpy as np
 import pytest
@@ -7,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skillfold as sf
-from skillfold.errors import RobotError, SkillfoldError
+from skillfold.errors import InputError, RobotError, SkillfoldError
 from skillfold.robots import loading
 
 INERTIA = '<inertia ixx="0.01" iyy="0.01" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
@@ -191,6 +193,10 @@ UNUSABLE = [
         "'much'; expected a number",
     ),
     (arm(link("f"), joint("x", "lower", "f", inside='<mimic joint="ghost"/>')), "ghost"),
+    (arm(link("f"), joint("elbow", "lower", "f")), "repeated name 'elbow'"),
+    (arm().replace('lower="-1.5"', 'lower="2"', 1), "shoulder has limits from 2 to 1.5"),
+    (arm().replace('lower="-1.5"', 'lower="nan"', 1), "not finite .jnt_range"),
+    (arm().replace("0 0 0.2", "0 0 nan"), "numbers that are not finite"),
 ]
 
 
@@ -202,7 +208,7 @@ def test_files_that_cannot_be_used_say_why(tmp_path, text, message):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("given", ["kuka", "", "robots/none.xml", "\0", 7, None, "~nobody_here/x.urdf"])
+@pytest.mark.parametrize("given", ["kuka", "", b"lwr4", "robots/none.xml", "\0", 7, None, "~nobody_here/x.urdf"])
 def test_unknown_robots_say_which_there_are(given):
     with pytest.raises(RobotError, match="jaco, lwr4, nao, planar_arm"):
         sf.Robot.load(given)
@@ -249,6 +255,23 @@ def test_a_free_base_stands_at_the_origin(tmp_path):
     assert robot.floating
     assert robot.names == ("turn",)
     np.testing.assert_allclose(robot.forward([0.0], "b"), [0.3, 0, 0, 1, 0, 0, 0], atol=1e-12)
+
+
+def test_limits_that_mean_none_are_none(tmp_path):
+    robot = load(tmp_path, arm().replace('lower="-1.5" upper="1.5"', 'lower="-1e16" upper="1e16"', 1))
+    assert robot.space.kinds == ("continuous", "continuous")
+    assert np.abs(robot.sample(100)).max() <= np.pi
+
+
+def test_a_robot_without_names_says_what_it_wants(tmp_path):
+    robot = load(tmp_path, '<mujoco><worldbody><body><joint/><geom size=".1"/></body></worldbody></mujoco>')
+    with pytest.raises(InputError, match="give its tool one"):
+        robot.forward([0.0])
+
+
+def test_what_mujoco_warns_of_in_pythons_way_is_a_note(tmp_path):
+    _, warned = loading._made("odd", lambda: warnings.warn("Strange\nrobot", stacklevel=1))
+    assert warned == ["MuJoCo: Strange robot."]
 
 
 def test_custom_limits_must_fit_the_joints(tmp_path):

@@ -6,6 +6,8 @@ import numpy as np
 
 from skillfold.tables import Array
 
+NAMELESS = "none, for no body and no site of the model has a name; give its tool one"
+
 
 def frames_of(model: Any) -> dict[str, tuple[int, Array, Array]]:
     """Body, position and quaternion in it of every named site and body; a site hides a body of its name."""

@@ -17,6 +17,18 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
+WIDEST = 1e4  # radians or metres: limits farther apart are a way to write that there are none
+_PLACES = (
+    "body_pos",
+    "body_quat",
+    "body_mass",
+    "body_inertia",
+    "geom_pos",
+    "geom_size",
+    "jnt_pos",
+    "qpos0",
+    "key_qpos",
+)
 
 
 class Limits(NamedTuple):
@@ -84,7 +96,8 @@ def read_joints(model: Any, source: str, speeds: dict[str, float]) -> Joints:
         raise RobotError(f"{source}: no joints that move; expected hinges or slides.")
     names = tuple(_name(model, i) for i in numbers)
     columns, offsets, ratios = _couplings(model, numbers, source)
-    limited = model.jnt_limited[numbers].astype(bool)
+    _check_finite(model, source)
+    limited = model.jnt_limited[numbers].astype(bool) & (np.ptp(model.jnt_range[numbers], axis=1) < WIDEST)
     lower = np.where(limited, model.jnt_range[numbers, 0], -math.inf)
     upper = np.where(limited, model.jnt_range[numbers, 1], math.inf)
     addresses = model.jnt_qposadr[numbers].astype(np.int64)
@@ -174,6 +187,14 @@ def robot_bodies(model: Any, joints: Joints) -> Flags:
         loose = number >= 0 and model.jnt_type[number] == _FREE and model.jnt_qposadr[number] != joints.base
         mine[body] = mine[model.body_parentid[body]] and not loose and model.body_mocapid[body] < 0
     return mine
+
+
+def _check_finite(model: Any, source: str) -> None:
+    """MuJoCo warns of numbers that are none, and takes them."""
+    wrong = [name for name in _PLACES if not np.isfinite(getattr(model, name)).all()]
+    wrong += ["jnt_range"] if np.isnan(model.jnt_range).any() else []
+    if wrong:
+        raise RobotError(f"{source}: numbers that are not finite ({', '.join(wrong)} of MuJoCo's model).")
 
 
 def _name(model: Any, joint: int) -> str:

@@ -1,5 +1,6 @@
 """Robots from bundled models, MJCF and URDF files, as MuJoCo specifications."""
 
+import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from skillfold.errors import RobotError
-from skillfold.robots.engine import mujoco
+from skillfold.robots.engine import listening, mujoco
 from skillfold.robots.urdf import Mimic, prepare
 
 MODELS = Path(__file__).parent / "models"
@@ -52,7 +53,8 @@ def describe(name_or_path: str | PathLike[str]) -> Description:
         spec, warned = _made(file, lambda: mujoco.MjSpec.from_string(text))
         for mimic in facts.mimics:
             _follow(spec, mimic)
-        return Description(source, spec, facts.speeds, (*facts.notes, *warned, *_give_mass(spec)))
+        masses, _ = _made(file, lambda: _give_mass(spec))  # a name that two joints have is found here
+        return Description(source, spec, facts.speeds, (*facts.notes, *warned, *masses))
     if root.tag != "mujoco":
         raise RobotError(f"{file}: its root element is <{root.tag}>; expected <mujoco> (MJCF) or <robot> (URDF).")
     spec, warned = _made(file, lambda: mujoco.MjSpec.from_file(str(file)))
@@ -79,7 +81,9 @@ def _find(given: str | PathLike[str]) -> Path:
     try:
         text = fspath(given)
     except TypeError:
-        raise RobotError(f"Robot {given!r:.80}; expected a name ({', '.join(bundled())}) or a path.") from None
+        text = None
+    if not isinstance(text, str):
+        raise RobotError(f"Robot {given!r:.80}; expected a name ({', '.join(bundled())}) or a path.")
     if text in bundled():
         return MODELS / f"{text}.xml"
     try:
@@ -102,18 +106,17 @@ def _root(file: Path) -> ET.Element:
 
 
 def _made(source: Any, make: Callable[[], Any]) -> tuple[Any, list[str]]:
-    """What MuJoCo makes, and what it warns of: left alone it writes that to a file in the working folder."""
-    warned: list[str] = []
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(warned.append)
+    """What MuJoCo makes, and what it warns of."""
     try:
-        made = make()
+        # Some versions warn in Python's way.
+        with listening() as warned, warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            made = make()
     except (ValueError, TypeError, RuntimeError, mujoco.FatalError) as error:
         words = " ".join(str(error).removeprefix("Error:").split())
         raise RobotError(f"{source}: MuJoCo cannot use it: {words}.") from None
-    finally:
-        mujoco.set_mju_user_warning(before)
-    return made, [f"MuJoCo: {' '.join(text.split())}." for text in warned]
+    told = [*warned, *(str(warning.message) for warning in caught)]
+    return made, [f"MuJoCo: {' '.join(text.split())}." for text in told]
 
 
 def _follow(spec: Any, mimic: Mimic) -> None:

@@ -84,6 +84,8 @@ def _read_joint(joint: ET.Element, file: Path, facts: Facts) -> None:
     if limit is not None and kind == "continuous":
         for side in ("lower", "upper"):  # which some versions of MuJoCo would keep to
             limit.attrib.pop(side, None)
+    if limit is not None and kind in ("revolute", "prismatic"):
+        _check_order(limit, name, file)
     if limit is not None and (text := limit.get("velocity")):
         speed = _number(text, f"{file}: velocity limit of joint {name}")
         facts.speeds[name] = speed if speed > 0 else math.inf
@@ -92,6 +94,18 @@ def _read_joint(joint: ET.Element, file: Path, facts: Facts) -> None:
         ratio = _number(mimic.get("multiplier", "1"), f"{file}: mimic multiplier of joint {name}")
         facts.mimics.append(Mimic(name, mimic.get("joint", ""), offset, ratio))
         joint.remove(mimic)  # some versions of MuJoCo follow it themselves, others do not
+
+
+def _check_order(limit: ET.Element, name: str, file: Path) -> None:
+    """MuJoCo takes limits in the wrong order for none; whether they are numbers it looks at itself."""
+    try:
+        lower, upper = (float(limit.get(side, "0")) for side in ("lower", "upper"))
+    except ValueError:
+        return
+    if lower > upper:
+        raise RobotError(
+            f"{file}: joint {name} has limits from {lower:g} to {upper:g}; expected the lower one first."
+        )
 
 
 def _number(text: str | None, what: str) -> float:
