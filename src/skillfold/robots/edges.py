@@ -25,6 +25,7 @@ from skillfold.robots.distances import (
 from skillfold.tables import Array, Indices, index_matrix, indices, matrix, vector
 
 SLACK = 1e-4  # metres: an edge nearer than this to the margin is not called clear, so that steps stay finite
+MOST = 200_000  # steps: an edge that takes more is none that a robot goes
 
 
 @inner
@@ -93,7 +94,7 @@ def edge(start: Array, end: Array, margin: float, c: Indices) -> float:
     step = end - start
     q = np.empty(start.size)
     done = 0.0
-    while True:
+    for _ in range(MOST):
         for k in range(q.size):
             q[k] = start[k] + done * step[k]
         stand(q, c)
@@ -105,6 +106,7 @@ def edge(start: Array, end: Array, margin: float, c: Indices) -> float:
         if done + advance >= 1.0:
             return 1.0
         done += advance
+    return done
 
 
 @njit
