@@ -77,3 +77,9 @@ def test_what_cannot_be_answered_is_told(lwr4):
         lwr4.dynamics().bias(np.full(7, np.nan), np.zeros(7))
     with pytest.raises(InputError, match="kilograms"):
         lwr4.dynamics(-1.0)
+    with pytest.raises(InputError, match="kilograms"):
+        lwr4.dynamics("heavy")
+    with pytest.raises(InputError, match="do not go together"):
+        lwr4.dynamics().torque(np.zeros((2, 7)), np.zeros((3, 7)), np.zeros(7))
+    with pytest.raises(InputError, match="must be numbers"):
+        lwr4.dynamics().mass_matrix("home")

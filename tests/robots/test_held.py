@@ -148,3 +148,23 @@ def test_masses_that_make_no_sense_are_told(jaco, mass):
 def test_what_cannot_be_held_is_told(jaco, shapes):
     with pytest.raises(SceneError):
         jaco.holding(shapes)
+
+
+@pytest.mark.parametrize("tray", [None, "tray", CHERRY])
+def test_what_is_no_tray_is_told(jaco, tray):
+    with pytest.raises(InputError, match="expected a Tray"):
+        jaco.with_tray(tray)
+
+
+def test_two_trays_are_one_too_many(jaco):
+    with pytest.raises(InputError, match="carries a tray already"):
+        jaco.with_tray(sf.Tray()).with_tray(sf.Tray())
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"size": "big"}, {"size": None}, {"size": (1, 2)}, {"tumblers": 1.5}, {"height": "high"}, {"mass": [1, 2]}],
+)
+def test_trays_that_make_no_sense_are_told(wrong):
+    with pytest.raises(InputError):
+        sf.Tray(**wrong)

@@ -220,6 +220,11 @@ def test_an_edge_through_a_thin_wall_is_blocked(planar):
     assert wall.edge_clear(a, a - 0.3)
 
 
+def test_an_edge_without_end_is_given_up(planar):
+    far = np.array([1e16, 0.0, 0.0])
+    assert not planar.obstacles([sf.Sphere(center=(1.2, 0, 0), radius=0.1)]).edge_clear(planar.home, far)
+
+
 def test_edges_broadcast(planar):
     obstacles = planar.obstacles([sf.Sphere(center=(0.5, 0.5, 0), radius=0.1)])
     ends = planar.sample(6).reshape(2, 3, 3)
@@ -303,6 +308,13 @@ def test_bad_questions_say_what_is_wrong(lwr4):
         obstacles.edge_clear(np.zeros((2, 7)), np.zeros((3, 7)))
     with pytest.raises(InputError, match="margin -1"):
         obstacles.edge_clear(lwr4.home, lwr4.home, -1)
+    with pytest.raises(InputError, match="margin 'wide'"):
+        obstacles.edge_clear(lwr4.home, lwr4.home, "wide")
+    with pytest.raises(InputError, match="reach nan"):
+        obstacles.within(lwr4.home, np.nan)
+    for movable in (3, None, "box_0"):
+        with pytest.raises(InputError, match="list of names"):
+            lwr4.obstacles([], movable=movable)
     with pytest.raises(InputError, match=r"within: .* expected \(7,\)"):
         obstacles.within(np.zeros((2, 7)), 0.1)
     with pytest.raises(InputError, match="time nan"):

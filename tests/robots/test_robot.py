@@ -173,6 +173,15 @@ def test_unknown_frames_and_bases_say_what_there_is(lwr4):
         lwr4.forward(lwr4.home, base=[0, 0, 0, 0, 0, 0, 0])
     with pytest.raises(InputError, match=r"base: shape \(5,\)"):
         lwr4.forward(lwr4.home, base=np.zeros(5))
+    for ask in (lwr4.forward, lwr4.jacobian, lwr4.center_of_mass):
+        with pytest.raises(InputError, match=r"batch shape \(4,\), joint positions of \(3,\)"):
+            ask(np.zeros((3, 7)), base=np.zeros((4, 3)))
+
+
+@pytest.mark.parametrize(("count", "seed"), [(-1, 0), (2.5, 0), ("two", 0), (2, -1), (2, "x"), (True, 0)])
+def test_samples_that_cannot_be_drawn_are_told(planar, count, seed):
+    with pytest.raises(InputError, match="expected a whole number"):
+        planar.sample(count, seed)
 
 
 def test_threads_each_have_their_own_data(lwr4):

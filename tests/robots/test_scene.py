@@ -120,6 +120,11 @@ REFUSED = [
     (lambda: sf.Box(pose=(0, 0, 0, 1, 1, 0, 0), size=(1, 1, 1)), "length 1.414; expected length 1"),
     (lambda: sf.Box(pose=[HERE], size=(1, 1, 1)), "pose of shape"),
     (lambda: sf.Box(pose=(0, 0, np.nan), size=(1, 1, 1)), "not finite"),
+    (lambda: sf.Box(pose=(0, 0, 0, 1e300, 0, 0, 0), size=(1, 1, 1)), "expected length 1"),
+    (lambda: sf.Box(pose=(1e300, 0, 0), size=(1, 1, 1)), "in metres"),
+    (lambda: sf.Box(pose=(10**400, 0, 0), size=(1, 1, 1)), "expected a pose"),
+    (lambda: sf.Box(pose=np.array(HERE) * 1j, size=(1, 1, 1)), "expected a pose"),
+    (lambda: sf.Mesh.read("none.obj", scale="mm"), "scale 'mm'; expected a number"),
     (lambda: sf.Box(pose="here", size=(1, 1, 1)), "'here'; expected a pose"),
     (lambda: sf.Box(pose=HERE, size=(1, 1, 0), name="table"), "Box 'table': size .* full edge lengths"),
     (lambda: sf.Box(pose=HERE, size=1), "three"),
@@ -217,6 +222,13 @@ def test_mesh_files_that_cannot_be_used_say_why(tmp_path, name, content, message
     (tmp_path / name).write_bytes(content)
     with pytest.raises(SceneError, match=message):
         sf.Mesh.read(tmp_path / name)
+
+
+def test_windows_marks_of_text_are_no_trouble(tmp_path):
+    file = tmp_path / "scene.json"
+    scenes.boxes(1).save(file)
+    file.write_bytes(b"\xef\xbb\xbf" + file.read_bytes())
+    assert sf.Scene.load(file) == scenes.boxes(1)
 
 
 def test_motion_turns_evenly_the_shorter_way():

@@ -12,7 +12,7 @@ from skillfold.robots.inverse import ARMATURE, DAMPING, DOFS, FORCES, QACC, QVEL
 from skillfold.robots.joints import Joints, pose_slots
 from skillfold.robots.loading import compiled
 from skillfold.robots.poses import read_pose
-from skillfold.robots.reading import read_joint_positions
+from skillfold.robots.reading import read_amount, read_joint_positions
 from skillfold.tables import Array, Indices, Table, table_of
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ class Dynamics:
     def __init__(self, robot: "Robot", mass: float, center: Any) -> None:
         self._name, self._joints = robot.name, robot.joints
         spec = robot.lean_spec()
+        mass = read_amount(mass, "mass", "kilograms")
         if mass:
             _attach(spec, robot.tool, mass, center)
         self._model = compiled(spec, robot.source)
@@ -56,7 +57,11 @@ class Dynamics:
         Raises:
             InputError: arguments of another shape, or not finite.
         """
-        (states, shape), (speeds, _), (rises, _) = (self._read(v) for v in np.broadcast_arrays(q, qd, qdd))
+        try:
+            given = np.broadcast_arrays(q, qd, qdd)
+        except ValueError:
+            raise InputError(f"{self._name}: positions, velocities and accelerations do not go together.") from None
+        (states, shape), (speeds, _), (rises, _) = (self._read(values) for values in given)
         out = np.empty(states.shape)
         inverses(states, speeds, rises, self._table().entries, out)
         return out.reshape(*shape, self._joints.dof)
@@ -67,7 +72,8 @@ class Dynamics:
 
     def mass_matrix(self, q: Any) -> Array:
         """Inertia matrices M (..., dof, dof) [kg m²] at positions q (..., dof)."""
-        states = np.asarray(q, np.float64)[..., None, :]
+        states, shape = self._read(q)
+        states = states.reshape(*shape, 1, self._joints.dof)
         still = np.zeros(self._joints.dof)
         columns = self.torque(states, still, np.eye(self._joints.dof)) - self.bias(states, still)
         return 0.5 * (columns + columns.swapaxes(-1, -2))
@@ -103,8 +109,6 @@ def _table_of(model: Any, joints: Joints) -> Table:
 
 def _attach(spec: Any, frame: str, mass: float, center: Any) -> None:
     """Add a small heavy body at a point of the tool frame."""
-    if not (np.isfinite(mass) and mass > 0):
-        raise InputError(f"mass {mass!r}; expected kilograms, zero or more.")
     body, pose = frame_of(spec, frame)
     place = body.add_frame(pos=pose[:3], quat=pose[3:])
     load = body.add_body(name=LOAD, mass=mass, pos=np.asarray(read_pose(center, "center"))[:3])

@@ -11,15 +11,18 @@ from skillfold.errors import SceneError
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+LARGEST = 1e9  # times that a mesh is scaled
 _HEAD = 84  # bytes before the triangles of a binary STL: 80 of text, then their number
 
 
-def read_vertices(file: str | PathLike[str]) -> Array:
-    """Vertices (n, 3) of a mesh, in its own units.
+def read_vertices(file: str | PathLike[str], scale: Any = 1.0) -> Array:
+    """Vertices (n, 3) of a mesh, in its own units times `scale`.
 
     Raises:
-        SceneError: the file is missing, of another kind, or damaged.
+        SceneError: the file is missing, of another kind, or damaged; a scale that is none.
     """
+    if isinstance(scale, bool) or not isinstance(scale, int | float | np.number) or not 0 < abs(scale) < LARGEST:
+        raise SceneError(f"{file}: scale {scale!r:.40}; expected a number, such as 0.001 for millimetres.")
     try:
         path = Path(file)
         data = path.read_bytes()
@@ -34,7 +37,8 @@ def read_vertices(file: str | PathLike[str]) -> Array:
         raise SceneError(f"{file}: damaged: {error}.") from None
     if len(vertices) < 4:
         raise SceneError(f"{file}: {len(vertices)} vertices; expected at least 4.")
-    return vertices
+    with np.errstate(over="ignore"):  # what becomes infinite is too far away, and refused as such
+        return float(scale) * vertices
 
 
 def _obj(data: bytes) -> Array:

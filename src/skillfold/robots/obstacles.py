@@ -15,7 +15,7 @@ from skillfold.robots.arguments import Layout, layout_of, table_for
 from skillfold.robots.compiled import compiled_for
 from skillfold.robots.merging import PREFIX
 from skillfold.robots.poses import read_pose
-from skillfold.robots.reading import read_joint_positions
+from skillfold.robots.reading import read_amount, read_joint_positions
 from skillfold.robots.scene import Scene
 from skillfold.tables import Array, Table
 
@@ -85,7 +85,7 @@ class Obstacles:
         if not (isinstance(margin, int | float | np.number) and np.isfinite(margin) and margin > 0):
             raise InputError(f"margin {margin!r}; expected metres, above zero.")
         scene = scene if isinstance(scene, Scene) else Scene(() if scene is None else scene)
-        moving = {shape.name for shape in scene if shape.motion is not None} | set(movable)
+        moving = {shape.name for shape in scene if shape.motion is not None} | set(_names(movable))
         for name in moving:
             scene[name]  # an unknown one is an error
         if base is not None:
@@ -136,7 +136,9 @@ class Obstacles:
         if shape:
             raise InputError(f"within: joint positions of shape {np.shape(q)}; expected ({self.robot.dof},).")
         near, gradients = np.empty(self.capacity), np.empty((self.capacity, self.robot.dof))
-        count = distances.within(states[0], float(reach), near, gradients, self._table().entries)
+        count = distances.within(
+            states[0], read_amount(reach, "within: reach", "metres"), near, gradients, self._table().entries
+        )
         return near[:count], gradients[:count]
 
     def closest(self, q: Any) -> Closest:
@@ -180,15 +182,14 @@ class Obstacles:
 
     def edge_advance(self, a: Any, b: Any, margin: float = 0.0) -> Any:
         """Share (...,) of each edge for which that holds: 1 where the whole edge is clear."""
-        if not (np.isfinite(margin) and margin >= 0):
-            raise InputError(f"edge: margin {margin!r}; expected metres, zero or more.")
+        margin = read_amount(margin, "edge: margin", "metres")
         try:
             a, b = np.broadcast_arrays(np.asarray(a, np.float64), np.asarray(b, np.float64))
         except (TypeError, ValueError):
             raise InputError(f"edge: ends of shapes {np.shape(a)} and {np.shape(b)} do not go together.") from None
         (starts, shape), (ends, _) = self._read(a), self._read(b)
         out = np.empty(len(starts))
-        edges.edges(starts, ends, float(margin), self._table().entries, out)
+        edges.edges(starts, ends, margin, self._table().entries, out)
         return out.reshape(shape)[()]
 
     def at(self, time: float | None) -> "Obstacles":
@@ -268,6 +269,12 @@ class Obstacles:
         model = self._layout.merged.model
         name = model.geom(shape).name or model.body(int(model.geom_bodyid[shape])).name
         return name.removeprefix(PREFIX)
+
+
+def _names(movable: Any) -> Iterable[Any]:
+    if isinstance(movable, str) or not isinstance(movable, Iterable):
+        raise InputError(f"movable: {movable!r:.40}; expected a list of names of obstacles.")
+    return movable
 
 
 def _read_base(robot: "Robot", base: Any) -> Array:

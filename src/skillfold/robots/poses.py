@@ -10,6 +10,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 UNIT = 1e-3  # a quaternion whose length is farther from 1 than this was hardly meant as one
 EXACT = 1e-12  # one that is as close as this stays as it is, so that reading it twice changes no bit
+FARTHEST = 1e100  # metres: squares of more would not be finite
 HERE = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
@@ -24,7 +25,10 @@ def read_pose(value: Any, what: str, kind: type[InputError] = InputError) -> Arr
         pose = np.concatenate([pose, np.broadcast_to(HERE[3:], (*pose.shape[:-1], 4))], axis=-1)
     if pose.ndim == 0 or pose.shape[-1] != 7:
         raise kind(f"{what}: shape {pose.shape}; expected a pose of 7 numbers or a position of 3.")
-    length = np.linalg.norm(pose[..., 3:], axis=-1, keepdims=True)
+    if not (np.abs(pose[..., :3]) < FARTHEST).all():
+        raise kind(f"{what}: a position {np.abs(pose[..., :3]).max():.2g} m away; positions are in metres.")
+    # Squares of huge entries would not be finite, and are as wrong as those of length 2.
+    length = np.linalg.norm(np.clip(pose[..., 3:], -2.0, 2.0), axis=-1, keepdims=True)
     if not (np.abs(length - 1) <= UNIT).all():
         worst = float(length.ravel()[np.abs(length - 1).argmax()])
         raise kind(f"{what}: quaternion (qw, qx, qy, qz) of length {worst:.4g}; expected length 1.")
@@ -39,8 +43,12 @@ def read_numbers(value: Any, what: str, expected: str, kind: type[InputError] = 
         InputError: of the kind given.
     """
     try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+        given = np.asarray(value)
+        if given.dtype.kind == "c":
+            raise TypeError
+        with np.errstate(over="ignore"):  # wider floats may become infinite, which is caught as such
+            array = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
         raise kind(f"{what}: {value!r:.80}; expected {expected}.") from None
     if not np.isfinite(array).all():
         raise kind(f"{what}: has numbers that are not finite; expected {expected}.")

@@ -12,13 +12,13 @@ import numpy as np
 from skillfold.errors import InputError
 from skillfold.robots import kinematics
 from skillfold.robots.dynamics import Dynamics, frame_of
-from skillfold.robots.frames import frames_of, last_frame
+from skillfold.robots.frames import NAMELESS, frames_of, last_frame
 from skillfold.robots.held import Load, fix_load, read_load
 from skillfold.robots.joints import Joints, Limits, machine_of, read_joints
 from skillfold.robots.loading import Description, compiled, describe, lean
-from skillfold.robots.poses import compose, place_points, read_pose, turn
-from skillfold.robots.reading import read_joint_positions
-from skillfold.robots.tray import Tray
+from skillfold.robots.poses import compose, place_points, turn
+from skillfold.robots.reading import read_bases, read_joint_positions, read_whole
+from skillfold.robots.tray import Tray, read_tray
 from skillfold.spaces import StateSpace
 from skillfold.tables import Array, Indices
 
@@ -85,7 +85,7 @@ class Robot:
         For what plans and looks out: its obstacles keep the tray clear too, and its dynamics know the load. It is not
         for `simulate`, which puts a tray and tumblers that can fall on the robot itself.
         """
-        return self._loaded(tray.fixed)
+        return self._loaded(read_tray(tray, self._loads))
 
     def holding(self, shapes: Any, mass: float = 0.1) -> "Robot":
         """This robot with things in its hand: its obstacles keep them clear too, and its dynamics know their mass.
@@ -169,7 +169,7 @@ class Robot:
         body, offset, turned = self._frame(frame)
         kinematics.poses(states, body, offset, turned, self._machine(), out)
         out = out.reshape(*shape, 7)
-        return out if base is None else compose(read_pose(base, "base"), out)
+        return out if base is None else compose(read_bases(base, shape), out)
 
     def jacobian(self, q: Any, frame: str | None = None, base: Any = None) -> Array:
         """Jacobians (..., 6, dof) of a frame: linear velocity [m/s], then angular [rad/s], both in world axes.
@@ -183,7 +183,7 @@ class Robot:
         out = out.reshape(*shape, 6, self.dof)
         if base is None:
             return out
-        turning = read_pose(base, "base")[..., None, 3:]
+        turning = read_bases(base, shape)[..., None, 3:]
         columns = out.swapaxes(-1, -2)
         parts = [turn(turning, columns[..., :3]), turn(turning, columns[..., 3:])]
         return np.concatenate(parts, axis=-1).swapaxes(-1, -2)
@@ -194,7 +194,7 @@ class Robot:
         out = np.zeros((len(states), 3))
         kinematics.centres(states, self._machine(), out)
         out = out.reshape(*shape, 3)
-        return out if base is None else place_points(read_pose(base, "base"), out)
+        return out if base is None else place_points(read_bases(base, shape), out)
 
     def wrap(self, q: Any) -> Array:
         """(..., dof) q with continuous joints brought into [-π, π)."""
@@ -211,9 +211,9 @@ class Robot:
     def sample(self, count: int, seed: int = 0) -> Array:
         """(count, dof) joint positions uniform within the limits, continuous joints over a full turn."""
         lower, upper = self.joints.limits
-        lower = np.where(np.isfinite(lower), lower, -np.pi)
-        upper = np.where(np.isfinite(upper), upper, np.pi)
-        return self.couple(np.random.default_rng(seed).uniform(lower, upper, (count, self.dof)))
+        lower, upper = np.where(np.isfinite(lower), lower, -np.pi), np.where(np.isfinite(upper), upper, np.pi)
+        rng, size = np.random.default_rng(read_whole(seed, "seed")), (read_whole(count, "count"), self.dof)
+        return self.couple(rng.uniform(lower, upper, size))
 
     def self_clearance(self, q: Any) -> Array:
         """Smallest signed distance (...,) [m] between shapes of the robot that are no neighbours.
@@ -289,7 +289,7 @@ class Robot:
     def _frame(self, name: str | None) -> tuple[int, Array, Array]:
         wanted = self.tool if name is None else name
         if not isinstance(wanted, str) or wanted not in self._frames:
-            raise InputError(f"{self.name}: no frame {wanted!r}; possible: {', '.join(self.frames)}.")
+            raise InputError(f"{self.name}: no frame {wanted!r}; possible: {', '.join(self.frames) or NAMELESS}.")
         return self._frames[wanted]
 
 

@@ -113,7 +113,7 @@ class Scene:
             SceneError: the file is missing, no JSON, or no scene; names the obstacle.
         """
         try:
-            data = json.loads(Path(path).read_text(encoding="utf-8"))
+            data = json.loads(Path(path).read_text(encoding="utf-8-sig"))
         except (OSError, TypeError) as error:
             raise SceneError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}.") from None
         except (ValueError, RecursionError) as error:
@@ -164,9 +164,9 @@ def _shape(item: Any, index: int, folder: Path) -> Shape:
 
 
 def _vertices(file: Any, scale: Any, folder: Path, where: str) -> Any:
-    if not isinstance(file, str) or isinstance(scale, bool) or not isinstance(scale, int | float):
-        raise SceneError(f"{where}: file {file!r:.60}, scale {scale!r:.20}; expected a path and a number.")
-    return scale * read_vertices(folder / file)
+    if not isinstance(file, str):
+        raise SceneError(f"{where}: file {file!r:.60}; expected a path.")
+    return read_vertices(folder / file, scale)
 
 
 def _motion(value: Any, where: str) -> Motion:

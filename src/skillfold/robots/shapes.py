@@ -204,7 +204,7 @@ class Mesh(Shape):
         Raises:
             SceneError: the file is missing, of another kind, damaged, or has no volume.
         """
-        return cls(scale * read_vertices(file), pose, name=name, motion=motion)
+        return cls(read_vertices(file, scale), pose, name=name, motion=motion)
 
 
 @dataclass(frozen=True, eq=False)

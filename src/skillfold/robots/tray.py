@@ -1,5 +1,6 @@
 """`Tray`: a tray on a robot's tool, with tumblers that stand free on it (paper 000, section VI)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,7 +8,8 @@ import numpy as np
 
 from skillfold.errors import InputError
 from skillfold.robots.held import Load
-from skillfold.robots.poses import compose
+from skillfold.robots.poses import compose, read_numbers
+from skillfold.robots.reading import read_whole
 from skillfold.robots.shapes import Box, Cylinder
 from skillfold.tables import Array
 
@@ -40,11 +42,14 @@ class Tray:
     friction: float = 1.0
 
     def __post_init__(self) -> None:
-        lengths = (*self.size, self.radius, self.length, self.mass, self.tumbler_mass, self.friction)
-        if len(self.size) != 3 or not all(np.isfinite(v) and v > 0 for v in lengths):
+        size = read_numbers(self.size, "Tray: size", "three full edge lengths [m]")
+        for name in ("height", "radius", "length", "mass", "tumbler_mass", "circle", "friction"):
+            if read_numbers(getattr(self, name), f"Tray: {name}", "a number").ndim:
+                raise InputError(f"Tray: {name} {getattr(self, name)!r:.40}; expected one number.")
+        read_whole(self.tumblers, "Tray: tumblers")
+        lengths = (*size.flat, self.radius, self.length, self.mass, self.tumbler_mass, self.friction)
+        if size.shape != (3,) or not all(v > 0 for v in lengths):
             raise InputError(f"{self}; expected three edge lengths, and all lengths and masses above zero.")
-        if self.tumblers < 0 or not np.isfinite(self.height) or not np.isfinite(self.circle):
-            raise InputError(f"{self}; expected no fewer than 0 tumblers, and finite places.")
 
     @property
     def load(self) -> tuple[float, Array]:
@@ -75,6 +80,19 @@ class Tray:
         places[:, 0], places[:, 1] = circle * np.cos(angles), circle * np.sin(angles)
         places[:, 2], places[:, 3] = self.height + self.length / 2, 1.0
         return compose(np.broadcast_to(pose_world_tool, places.shape), places)
+
+
+def read_tray(tray: Any, loads: Sequence[Load]) -> Load:
+    """A tray as what is fixed to the tool of a robot that holds `loads`.
+
+    Raises:
+        InputError: no tray, or a second one.
+    """
+    if not isinstance(tray, Tray):
+        raise InputError(f"with_tray: {type(tray).__name__}; expected a Tray.")
+    if any(load.body == TRAY for load in loads):
+        raise InputError("with_tray: the robot carries a tray already; expected one.")
+    return tray.fixed
 
 
 def add_tray(spec: Any, body: Any, pose: Array, tray: Tray, kinds: Any) -> None:
