@@ -285,6 +285,8 @@ ENVELOPE = SoftEnvelope.between(of_widths([0.1] * 3, [0.1] * 3), of_widths([0.1]
         (lambda: ENVELOPE.at([0, np.nan]), "s"),
         (lambda: ENVELOPE.contains([[0, 0]]), "poses"),
         (lambda: ENVELOPE.project(np.full(7, np.nan)), "poses"),
+        (lambda: ENVELOPE.covariances_at(np.nan), "s"),
+        (lambda: ENVELOPE.means_at("middle"), "s"),
         (lambda: ENVELOPE.sample("ten"), "count"),
         (lambda: ENVELOPE.sample(3, seed=-1), "seed"),
         (lambda: ENVELOPE.sample(3, seed=None), "seed"),

@@ -18,6 +18,7 @@ from skillfold.tables import Table, table_of
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 UPPER = np.triu_indices(3)
+PLACES = "places between the ends, 0 to 1"
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,14 +96,14 @@ class PoseRegion:
 
     def means_at(self, s: Any) -> Array:
         """Means (..., 6) in the chart at places s (...,)."""
-        s = np.asarray(s, np.float64)[..., None]
+        s = read_numbers(s, "s", PLACES)[..., None]
         return (1.0 - s) * self.ends[0] + s * self.ends[1]
 
     def covariances_at(self, s: Any) -> Array:
         """Gated covariances (..., 2, 3, 3) at places s (...,)."""
         n = len(self.covariances) - 1
-        x = np.asarray(s, np.float64) * n
-        k = np.clip(x.astype(int), 0, n - 1)
+        x = read_numbers(s, "s", PLACES) * n
+        k = np.clip(x, 0, n - 1).astype(int)
         t = (x - k)[..., None, None, None]
         return (1.0 - t) * self.covariances[k] + t * self.covariances[k + 1]
 
