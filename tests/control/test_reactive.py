@@ -379,3 +379,36 @@ def test_what_cannot_be_controlled_is_told(skill, plan, planar):
         sf.ReactiveController(skill, replace(plan, path=Path(np.zeros((3, 2)))))
     with pytest.raises(InputError, match="positive"):
         sf.ReactiveController(skill, plan, gains=Gains(along=-1.0))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"plan": None},
+        {"skill": None},
+        {"robot": "planar_arm"},
+        {"obstacles": sf.Scene([])},
+        {"duration": 1e9},
+        {"gains": (1, 2)},
+        {"gains": Gains(off="hard")},
+        {"gains": Gains(off=np.nan)},
+        {"deviation": np.nan},
+        {"off": -1.0},
+        {"reaction": -1.0},
+        {"latency": "none"},
+        {"planner": 3},
+        {"load": None},
+        {"load": ("heavy", (0, 0, 0))},
+    ],
+)
+def test_settings_that_make_no_sense_are_told(skill, plan, planar, wrong):
+    with pytest.raises(InputError):
+        sf.ReactiveController(**{"skill": skill, "plan": plan, "robot": planar, "latency": 0.03} | wrong)
+
+
+def test_obstacles_that_are_none_are_refused_under_way(make, plan):
+    controller = make()
+    with pytest.raises(InputError, match="obstacles"):
+        controller.update("a box")
+    assert controller.obstacles is None
+    assert controller.command(0.0, plan.path.states[0], np.zeros(3)).mode == "tracking"

@@ -131,6 +131,8 @@ def test_files_that_are_no_rollouts_are_refused(pushed, skill, tmp_path):
         {"time": 0.0, "body": 1, "force": (1, 0), "duration": 1.0},
         {"time": 0.0, "body": 1, "force": (np.nan, 0, 0), "duration": 1.0},
         {"time": 0.0, "body": 1, "force": (1, 0, 0), "duration": 0.0},
+        {"time": "now", "body": 1, "force": (1, 0, 0), "duration": 1.0},
+        {"time": 0.0, "body": 1, "force": "hard", "duration": 1.0},
     ],
 )
 def test_pushes_that_make_no_sense_are_told(arguments):
@@ -148,3 +150,59 @@ def test_what_cannot_be_simulated_is_told(skill, plan, planar):
         sf.simulate(sf.Robot.load("nao"), controller)
     with pytest.raises(InputError, match="tumblers"):
         sf.Tray(tumblers=-1)
+
+
+class Constant:
+    """A controller that answers with the same torque."""
+
+    def __init__(self, torque):
+        self.torque, self.mode = torque, "constant"
+
+    def command(self, t, q, qd):
+        return self
+
+
+@pytest.mark.parametrize("torque", [None, [np.nan] * 3, [0.0] * 2, "much"])
+def test_torques_that_are_none_are_told(planar, torque):
+    with pytest.raises(InputError, match="expected 3 finite numbers"):
+        sf.simulate(planar, Constant(torque), duration=0.01, start=planar.home)
+
+
+def test_a_run_that_becomes_unstable_is_told_and_leaves_no_file(planar, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="unstable at 0 s"):
+        sf.simulate(planar, Constant(0.0), None, [sf.Push(0.0, 3, (1e300, 0, 0), 1.0)], 0, 0.1, start=planar.home)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"step": 0},
+        {"step": np.nan},
+        {"step": 100.0},
+        {"noise": -1},
+        {"noise": "some"},
+        {"seed": -1},
+        {"duration": np.inf},
+        {"duration": "long"},
+        {"start": "home"},
+        {"pushes": None},
+        {"pushes": ["hard"]},
+        {"tray": "large"},
+        {"controller": None},
+        {"robot": "planar_arm"},
+    ],
+)
+def test_settings_that_make_no_sense_are_told(planar, wrong):
+    given = {"robot": planar, "controller": Constant(0.0), "duration": 0.01, "start": planar.home} | wrong
+    with pytest.raises(InputError):
+        sf.simulate(**given)
+
+
+@pytest.mark.parametrize("path", [None, 3, "\0.npz", "\0.csv"])
+def test_what_is_no_path_of_a_run_is_told(pushed, path):
+    with pytest.raises(SkillFileError):
+        pushed.save(path)
+    with pytest.raises(SkillFileError):
+        sf.Rollout.load(path)

@@ -74,7 +74,7 @@ def test_a_longer_duration_is_kept_and_a_shorter_one_refused():
 
 @pytest.mark.parametrize("size", [1e6, 1e50])
 def test_motions_that_would_take_hours_are_a_slip_of_units(size):
-    with pytest.raises(InputError, match="units of the states"):
+    with pytest.raises(InputError, match="Are the units right"):
         time_path(size * curved(1), VELOCITY, ACCELERATION)
     with pytest.raises(InputError, match="10000 at most"):
         time_path(curved(1), VELOCITY, ACCELERATION, duration=size)
@@ -115,6 +115,9 @@ def test_a_trajectory_there_and_back():
         assert np.allclose(again.at(time)[0], state, atol=1e-5)
     with pytest.raises(InputError, match="six or more"):
         follow(Trajectory(np.arange(3.0), np.zeros((3, 1))))
+    for times in (1e300 * np.arange(9.0), 1e-9 * np.arange(9.0)):
+        with pytest.raises(InputError, match=r"expected 0\.001 to 10000 s"):
+            follow(Trajectory(times, np.zeros((9, 1))))
 
 
 @pytest.mark.parametrize(
@@ -127,6 +130,14 @@ def test_a_trajectory_there_and_back():
         {"path": np.eye(2), "acceleration": [1.0, -1.0]},
         {"path": np.eye(2), "duration": np.nan},
         {"path": np.eye(2), "duration": -1.0},
+        {"path": np.eye(2), "duration": 1e9},
+        {"path": "there"},
+        {"path": [[1.0], [1.0, 2.0]]},
+        {"path": np.eye(2), "velocity": "fast"},
+        {"path": np.eye(2), "velocity": [1e-9, 1e-9]},
+        {"path": 1e7 * np.eye(2)},
+        {"path": np.eye(2), "speed": np.nan},
+        {"path": np.eye(2), "margin": 0.0},
     ],
 )
 def test_what_cannot_be_timed_is_told(arguments):

@@ -7,6 +7,7 @@ import numpy as np
 
 from skillfold.errors import InputError
 from skillfold.motion import Array
+from skillfold.robots.poses import read_numbers
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,11 @@ class Push:
     duration: float
 
     def __post_init__(self) -> None:
-        force = np.asarray(self.force, np.float64)
-        if force.shape != (3,) or not np.isfinite(force).all():
+        force = read_numbers(self.force, "Push: force", "three numbers [N]")
+        if force.shape != (3,):
             raise InputError(f"Push: force {self.force!r}; expected three numbers [N].")
-        if not (np.isfinite(self.time) and np.isfinite(self.duration) and self.time >= 0 and self.duration > 0):
+        times = read_numbers((self.time, self.duration), "Push: time and duration", "seconds, from 0 on")
+        if times.shape != (2,) or not (times[0] >= 0 and times[1] > 0):
             raise InputError(f"Push: at {self.time!r} s for {self.duration!r} s; expected seconds, from 0 on.")
         object.__setattr__(self, "force", tuple(force.tolist()))
 

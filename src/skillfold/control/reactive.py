@@ -11,8 +11,9 @@ from skillfold.control.commands import Command
 from skillfold.control.kernels import step as at
 from skillfold.control.kernels.reference import splice
 from skillfold.control.replanning import Inline, Planner, Question, Renewal, Worker, planner_of, timed
-from skillfold.control.settings import Bounds, Gains, check, turning
+from skillfold.control.settings import Bounds, Gains, check, check_obstacles, thresholds, turning
 from skillfold.control.timing import Reference
+from skillfold.manifold.inputs import amount
 from skillfold.motion import Array, Plan
 
 if TYPE_CHECKING:
@@ -82,21 +83,21 @@ class ReactiveController:
         Raises:
             InputError: a plan without success, a robot of other joints, coordinates that do not subtract.
         """
+        check(skill, plan, robot, gains, planner, load)
         model = skill.model
-        check(skill, plan, robot)
         self.goal: Array = plan.path.states[-1].copy()
         self.mode, self.replans, self.reason = "tracking", 0, plan.reason
         self._bounds = Bounds.of(skill, robot)
         numbers = (gains or Gains()).numbers(model.scale)
-        self._table = layout.table_for(model, self._bounds, float(reaction), numbers, turning(skill, robot))
+        reaction = amount("reaction", reaction, np.inf)
+        self._table = layout.table_for(model, self._bounds, reaction, numbers, turning(skill, robot))
         self._memory, self._entries = self._table.arrays[at.MEMORY], self._table.entries
         self._sample = self._table.arrays[at.Q], self._table.arrays[at.QD]
         self._answer = self._table.arrays[at.ACCELERATION], self._table.arrays[at.TORQUE]
         self._wanted = self._table.arrays[at.REFERENCE]
-        self._deviation = 0.15 * model.scale if deviation is None else deviation
-        self._off = max(0.05 * model.scale, 3.0 * skill.tolerance) if off is None else off
+        self._deviation, self._off = thresholds(skill, deviation, off)
         self._skill, self._planner = skill, planner
-        self._plans = Worker(LATENCY) if latency is None else Inline(latency)
+        self._plans = Worker(LATENCY) if latency is None else Inline(amount("latency", latency, zero=True))
         self._work = np.zeros((2, 3, model.n_dims))
         # The clock goes on whatever the samples' times say.
         self._base, self._time, self._clock, self._since = "tracking", None, 0.0, 0.0
@@ -136,7 +137,8 @@ class ReactiveController:
         self.update(obstacles)
 
     def update(self, obstacles: "Clearance | None") -> None:
-        """Look out for other obstacles from now on."""
+        """Look out for other obstacles from now on; what are none are refused, and change nothing."""
+        check_obstacles(obstacles)
         self._obstacles = obstacles
         self._moves = hasattr(obstacles, "at") and bool(getattr(obstacles, "moves", True))
         self._follow(self._time, obstacles)

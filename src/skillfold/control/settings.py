@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skillfold.errors import InputError
+from skillfold.manifold.inputs import amount
 from skillfold.motion import Array, Plan
 
 RATE = 12.0  # 1/s, fastest change of the reference's rate
@@ -36,7 +37,7 @@ class Gains(NamedTuple):
     def numbers(self, scale: float) -> Array:
         """(7,) as the compiled law takes them; `scale` is the radius of the demonstrations."""
         values = [*self[:5], 0.1 * scale if self.reach is None else self.reach, self.hold]
-        if not all(np.isfinite(value) and value > 0 for value in values):
+        if not all(isinstance(value, int | float | np.number) and 0 < value < np.inf for value in values):
             raise InputError(f"{self}; expected positive numbers.")
         values[1] = 2.0 * self.along_damping * np.sqrt(self.along)
         return np.array(values, np.float64)
@@ -98,14 +99,51 @@ def turning(skill: Any, robot: Any) -> Array:
     return np.array([float(kind == "continuous") for kind in kinds])
 
 
-def check(skill: Any, plan: Plan, robot: Any) -> None:
+def thresholds(skill: Any, deviation: Any, off: Any) -> tuple[float, float]:
+    """Distances along the manifold and off it that call for a new plan; where they are left out, see the controller.
+
+    Raises:
+        InputError: they are no distances.
+    """
+    scale = skill.model.scale
+    return (
+        0.15 * scale if deviation is None else amount("deviation", deviation, np.inf, zero=True),
+        max(0.05 * scale, 3.0 * skill.tolerance) if off is None else amount("off", off, np.inf, zero=True),
+    )
+
+
+def check_obstacles(obstacles: Any) -> None:
+    """Whether a controller can look out for them.
+
+    Raises:
+        InputError: it cannot.
+    """
+    if not (obstacles is None or hasattr(obstacles, "compiled")):
+        raise InputError(f"obstacles: {type(obstacles).__name__}; expected robot.obstacles(scene), or None.")
+
+
+def check(skill: Any, plan: Plan, robot: Any, gains: Any, planner: Any, load: Any) -> None:
     """Whether they go together.
 
     Raises:
         InputError: they do not.
     """
+    if not hasattr(skill, "model"):
+        raise InputError(f"skill: {type(skill).__name__}; expected a SkillManifold.")
+    if not isinstance(plan, Plan):
+        raise InputError(f"plan: {type(plan).__name__}; expected a Plan, as skill.plan(...) makes one.")
+    if not (robot is None or hasattr(robot, "dynamics")):
+        raise InputError(f"robot: {type(robot).__name__}; expected a Robot, or None.")
+    if not (gains is None or isinstance(gains, Gains)):
+        raise InputError(f"gains: {type(gains).__name__}; expected Gains(...), or None.")
+    if not (planner is None or callable(planner)):
+        raise InputError(f"planner: {type(planner).__name__}; expected a function of start, goal and obstacles.")
+    if not (isinstance(load, tuple | list) and 1 <= len(load) <= 2):
+        raise InputError(f"load: {load!r:.40}; expected a mass [kg] and its centre (3,) [m], as tray.load.")
     if not plan.success:
         raise InputError(f"The plan was made without success: {plan.reason}")
+    if not len(plan.path):
+        raise InputError("plan without states; expected one at least.")
     if plan.path.states.shape[1] != skill.n_dims:
         raise InputError(f"plan of {plan.path.states.shape[1]} coordinates; the skill has {skill.n_dims}.")
     if "quaternion" in skill.space.kinds:

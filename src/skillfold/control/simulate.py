@@ -2,22 +2,25 @@
 
 from collections.abc import Iterable
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from skillfold.control.pushes import Push
 from skillfold.control.rollout import Contact, Rollout
 from skillfold.errors import InputError
+from skillfold.manifold.inputs import amount, seed_of
 from skillfold.motion import Array
+from skillfold.robots.engine import listening
+from skillfold.robots.poses import read_numbers
+from skillfold.robots.robot import Robot
 from skillfold.robots.tray import Tray
 from skillfold.robots.world import World
 
-if TYPE_CHECKING:
-    from skillfold.robots.robot import Robot
-
 SETTLE = 0.5  # seconds that a run goes on after the reference has ended
 LONGEST = 60.0  # seconds of a run whose end nobody told
+LARGEST = 1e5  # seconds of any run
+COARSEST = 0.1  # seconds of a step
 
 
 class Controller(Protocol):
@@ -29,7 +32,7 @@ class Controller(Protocol):
 
 
 def simulate(
-    robot: "Robot",
+    robot: Robot,
     controller: Controller,
     scene: Any = None,
     pushes: Iterable[Push] = (),
@@ -57,29 +60,48 @@ def simulate(
         step: of the controller and of the simulation [s].
 
     Raises:
-        InputError: a floating base, an unknown body, no start.
+        InputError: a floating base, an unknown body, no start, torques that are none, a run that becomes unstable.
     """
+    step, noise = amount("step", step, COARSEST), amount("noise", noise, zero=True)
+    duration = None if duration is None else amount("duration", duration, LARGEST, zero=True)
+    _check(robot, controller)
     world = World(robot, scene, tray, step)
-    run = _Run(world, controller, tuple(pushes), np.random.default_rng(seed), float(noise))
+    run = _Run(world, controller, _listed(pushes), np.random.default_rng(seed_of(seed)), noise)
     world.reset(_start(robot, controller, start))
     count = round((LONGEST if duration is None else duration) / step)
-    for i in range(max(count, 1)):
-        run.step(i * step)
-        if duration is None and run.settled(i * step):
-            break
+    with listening():
+        for i in range(max(count, 1)):
+            run.step(i * step)
+            if duration is None and run.settled(i * step):
+                break
     return run.rollout({"seed": seed, "noise": noise, "step": step})
 
 
-def _start(robot: "Robot", controller: Any, start: Any) -> Array:
+def _start(robot: Robot, controller: Any, start: Any) -> Array:
     if start is None:
         reference = getattr(controller, "reference", None)
         if reference is None:
             raise InputError("start: the controller has no reference; expected positions to start from.")
         start = reference.at(0.0)[0]
-    q = np.asarray(start, np.float64)
-    if q.shape != (robot.dof,) or not np.isfinite(q).all():
+    q = read_numbers(start, "start", f"{robot.dof} finite joint positions")
+    if q.shape != (robot.dof,):
         raise InputError(f"start of shape {q.shape}; expected {robot.dof} finite joint positions.")
     return q
+
+
+def _listed(pushes: Any) -> tuple[Push, ...]:
+    pushes = tuple(pushes) if isinstance(pushes, Iterable) else (pushes,)
+    for push in pushes:
+        if not isinstance(push, Push):
+            raise InputError(f"pushes: {push!r:.40}; expected a list of Push.")
+    return pushes
+
+
+def _check(robot: Any, controller: Any) -> None:
+    if not isinstance(robot, Robot):
+        raise InputError(f"robot: {type(robot).__name__}; expected a Robot, as Robot.load('lwr4') makes one.")
+    if not hasattr(controller, "command"):
+        raise InputError(f"controller: {type(controller).__name__}; expected one with command(t, q, qd).")
 
 
 class _Run:
@@ -113,12 +135,29 @@ class _Run:
         before = perf_counter()
         command = self.controller.command(time, *seen)
         taken = perf_counter() - before
-        torque = np.clip(np.asarray(command.torque, np.float64), -self.limits, self.limits)
+        torque = self._torque(command)
         self._push(time)
         self._touch(time)
         distance = getattr(command, "distance", np.nan)
         self.rows.append((time, q, qd, torque, command.mode, distance, world.tumblers(), taken, self._clear(time, q)))
         world.advance(torque)
+        if not world.stable:
+            raise InputError(
+                f"The simulation became unstable at {time:g} s: smaller pushes, torques or steps may do."
+            )
+
+    def _torque(self, command: Any) -> Array:
+        try:
+            torque = np.clip(np.asarray(command.torque, np.float64), -self.limits, self.limits)
+        except (AttributeError, TypeError, ValueError):
+            torque = np.full(1, np.nan)
+        if torque.shape != self.limits.shape or not np.isfinite(torque).all():
+            given = repr(getattr(command, "torque", command))
+            raise InputError(
+                f"The controller answers with torques {' '.join(given.split()):.60}; expected {self.limits.size} "
+                "finite numbers. A ReactiveController tells torques if it is made with robot=..."
+            )
+        return torque
 
     def settled(self, time: float) -> bool:
         """Whether nothing more is to come."""

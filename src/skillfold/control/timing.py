@@ -9,10 +9,10 @@ from scipy.interpolate import make_interp_spline
 
 from skillfold.control.kernels.reference import evaluate, overrun
 from skillfold.errors import InputError
+from skillfold.manifold.inputs import amount, read_numbers
 from skillfold.motion import Array, Path, Trajectory
 
 STEP = 0.02  # seconds between knots
-LONGEST = 1e4  # seconds of a motion: longer is a slip of units, and would not fit into memory
 MARGIN = 0.95  # share of the limits that is used
 SPEED, RISE = 1.0, 4.0  # limits of coordinates without any, in units per s and s²
 GRID = 400  # places along the path at which the limits are looked at
@@ -20,6 +20,7 @@ EASING = 0.2  # seconds over which changes of acceleration are spread
 TAIL = 2.0  # seconds of rest that are kept after the end, for what is spliced to a short path
 SLOWER = 10  # times that a law is slowed at most where its motion breaks limits between knots
 SEEN = 0.998  # share of the limits that it may be seen to take there: in between it takes a little more
+SHORTEST, LONGEST = 1e-3, 1e4  # seconds of a motion: longer is a slip of units, and would not fit into memory
 STILL = 1e-9  # a path no longer than this stays where it is
 
 Spline = Callable[..., Array]
@@ -75,16 +76,17 @@ def time_path(
     Raises:
         InputError: no states, limits that are not positive, a duration too short for them.
     """
-    states = np.asarray(path.states if isinstance(path, Path) else path, np.float64)
+    states = read_numbers(path.states if isinstance(path, Path) else path, "path", "(n, D)")
     names = path.names if isinstance(path, Path) else ()
     if states.ndim != 2 or not states.size or not np.isfinite(states).all():
         raise InputError(f"path of shape {states.shape}; expected finite states (n, D).")
+    margin, speed = amount("margin", margin, 1.0), amount("speed", speed, zero=True)
     v = margin * _limit(velocity, states.shape[1], SPEED, "velocity")
     a = margin * _limit(acceleration, states.shape[1], RISE, "acceleration")
     curve, length = _curve(states)
     if length <= STILL:
         return _resting(states[-1], 0.0 if duration is None else _seconds(duration), names)
-    times, place = _law(curve, length, v, a, max(float(speed), 0.0))
+    times, place = _law(curve, length, v, a, speed)
     shortest, reference = _slowed(curve, times, place, v, a, margin, names)
     if duration is None:
         return reference
@@ -100,12 +102,16 @@ def follow(trajectory: Trajectory) -> Reference:
     """A timed motion as a reference, smooth between its states; it ends at rest.
 
     Raises:
-        InputError: fewer than six states.
+        InputError: no trajectory, fewer than six states, a duration that no motion has.
     """
+    if not isinstance(trajectory, Trajectory):
+        raise InputError(f"follow: {type(trajectory).__name__}; expected a Trajectory.")
     times, states = trajectory.times - trajectory.times[0], trajectory.states
     if len(times) < 6:
         raise InputError(f"trajectory of {len(times)} states; expected six or more.")
     duration = float(times[-1])
+    if not SHORTEST <= duration <= LONGEST:
+        raise InputError(f"trajectory of {duration:g} s; expected {SHORTEST:g} to {LONGEST:g} s.")
     curve = make_interp_spline(times, states, k=5)
     moments = np.linspace(0.0, duration, max(int(np.ceil(duration / STEP)), 4) + 1)
     knots = np.stack([curve(moments), curve(moments, 1), curve(moments, 2)], axis=1)
@@ -113,7 +119,7 @@ def follow(trajectory: Trajectory) -> Reference:
 
 
 def _limit(values: Any, n_dims: int, missing: float, name: str) -> Array:
-    given = np.full(n_dims, np.inf) if values is None else np.asarray(values, np.float64)
+    given = np.full(n_dims, np.inf) if values is None else read_numbers(values, f"{name} limits", f"({n_dims},)")
     if given.shape != (n_dims,) or not (given > 0).all():
         raise InputError(f"{name} limits {values}; expected {n_dims} positive numbers.")
     return np.where(np.isfinite(given), given, missing)
@@ -157,8 +163,8 @@ def _law(curve: Spline, length: float, v: Array, a: Array, speed: float) -> tupl
     moments = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / np.maximum(u[1:] + u[:-1], 1e-9))])
     if not moments[-1] <= LONGEST:
         raise InputError(
-            f"The limits of velocity and acceleration need {moments[-1]:.3g} s; expected {LONGEST:g} s at most. Are "
-            "the limits in the units of the states?"
+            f"path of length {length:.3g}: within the limits of velocity and acceleration it takes "
+            f"{moments[-1]:.3g} s; expected {LONGEST:g} at most. Are the units right?"
         )
     tick = min(0.2 * STEP, moments[-1] / GRID)
     window = np.hanning(max(round(ease / tick), 2) + 2)[1:-1]

@@ -15,8 +15,12 @@ from skillfold.robots.shapes import PointCloud, Sphere
 from skillfold.robots.tray import LOOSE_MASK, TUMBLER, Tray, add_tray
 from skillfold.tables import Array, Indices
 
+_WARNING = mujoco.mjtWarning
+
 if TYPE_CHECKING:
     from skillfold.robots.robot import Robot
+
+_UNSTABLE = [int(kind) for kind in (_WARNING.mjWARN_BADQPOS, _WARNING.mjWARN_BADQVEL, _WARNING.mjWARN_BADQACC)]
 
 
 class World:
@@ -38,6 +42,8 @@ class World:
         """
         if robot.floating:
             raise InputError(f"{robot.name}: its base is free, and would fall; expected one that is fixed.")
+        if not (tray is None or isinstance(tray, Tray)):
+            raise InputError(f"tray: {type(tray).__name__}; expected a Tray, or None.")
         self.robot, self.tray = robot, tray
         self.scene = scene if isinstance(scene, Scene) else Scene(() if scene is None else scene)
         self.model = compiled(_spec(robot, self.scene, tray, visual), robot.source)
@@ -87,6 +93,11 @@ class World:
         self.data.qfrc_applied[self.dofs] = torque
         mujoco.mj_step(self.model, self.data)
 
+    @property
+    def stable(self) -> bool:
+        """Whether no step went wrong: MuJoCo starts anew from the zero pose where one does."""
+        return not any(self.data.warning[kind].number for kind in _UNSTABLE)
+
     def push(self, body: int, force: Any) -> None:
         """A force (3,) [N] in world axes at a body's centre of mass, until changed."""
         self.data.xfrc_applied[body, :3] = force
@@ -128,7 +139,7 @@ class World:
         contact = self.data.contact
         geoms, near = contact.geom[:count], contact.dist[:count] < 0
         groups = self._groups[geoms]
-        told = near & (groups >= 0).all(1) & (groups > 0).any(1)
+        told = near & (geoms >= 0).all(1) & (groups >= 0).all(1) & (groups > 0).any(1)
         return sorted({(self._title(a), self._title(b)) for a, b in geoms[told]}) if told.any() else []
 
     def _title(self, geom: int) -> str:
