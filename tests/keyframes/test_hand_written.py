@@ -95,6 +95,7 @@ NAN = float("nan")
     ("make", "words"),
     [
         (lambda: AxisUpright((0, 0, 0)), "axis"),
+        (lambda: AxisUpright((1e300, 0, 1e300)), "axis"),
         (lambda: AxisUpright((0, 0, NAN)), "axis"),
         (lambda: AxisUpright(up=(1, 0)), "up"),
         (lambda: AxisUpright(tolerance=0), "tolerance"),

@@ -4,6 +4,7 @@ Each is a set of poses with a tolerance about it. `distance` is counted from the
 the way to the set, so that motions that start there have room.
 """
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -173,7 +174,7 @@ def _vector(value: Any, name: str) -> Array:
 
 def _direction(value: Any, name: str) -> Array:
     array = _vector(value, name)
-    length = np.linalg.norm(array)
+    length = math.hypot(*array)  # which knows no overflow
     if not 1e-9 < length < 1e9:
         raise InputError(f"{name}: {array.tolist()} has length {length:.3g}; expected a direction.")
     return array / length
