@@ -124,3 +124,16 @@ def test_what_is_left_keeps_its_recording():
     left, groups = told_apart(states, np.array([0, 0, 1, 1]))
     np.testing.assert_array_equal(left, states[[0, 1, 3]])
     np.testing.assert_array_equal(groups, [0, 0, 1])
+
+
+def test_a_slip_of_units_is_told():
+    """A row in millimetres among metres, in a cloud and in a recording."""
+    states = np.random.default_rng(0).normal(size=(100, 3))
+    states[17] *= 1e4
+    (told,) = read_samples(states, None).notes
+    assert "row 17" in told
+    assert "times as far as is usual: a slip?" in told
+    slipped = [curve.copy() for curve in curves()[:3]]
+    slipped[1][7] *= 1e4
+    assert any("Demonstration 1, row 7" in note for note in read_samples(slipped, None).notes)
+    assert read_samples(curves()[:3], None).notes == ()

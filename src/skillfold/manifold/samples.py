@@ -21,6 +21,7 @@ STEPS = 200  # at most, of each recording
 TOTAL = 2000  # at most, of all recordings, while each keeps FEWEST
 FEWEST = 50
 SPARE = 3  # distinct states more than coordinates that are needed
+STRAY = 1e3  # times as far from the middle as is usual: a slip, most likely
 SAME = 1e-9  # of their extent: states that are nearer each other are one
 REST = 0.1  # of a recording, relative to others: with less left than that, it is one of the others given again
 MOST = 20_000  # states of a cloud among which crowds are looked for
@@ -65,7 +66,7 @@ def read_samples(demos: Demonstrations | Array | Sequence[Array], space: StateSp
 
 def _of_cloud(demos: Demonstrations) -> Samples:
     states, groups = told_apart(demos.states, None)
-    return Samples(states, groups, (), demos.space, demos.names, len(demos.states), ())
+    return Samples(states, groups, (), demos.space, demos.names, len(demos.states), _stray_notes(demos))
 
 
 def _of_recordings(demos: Demonstrations) -> Samples:
@@ -74,7 +75,7 @@ def _of_recordings(demos: Demonstrations) -> Samples:
     groups = np.repeat(np.arange(len(demos)), steps)
     states, groups = told_apart(even.states, groups)
     recordings = tuple(d.states for d in demos)
-    notes = _crossing_notes(demos)
+    notes = _stray_notes(demos) + _crossing_notes(demos)
     return Samples(
         states,
         groups,
@@ -141,6 +142,22 @@ def crowds(states: Array) -> Indices | None:
     joined = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(states), len(states)))
     count, crowd = connected_components(joined, directed=False)
     return crowd.astype(np.int64) if count >= len(states) / count else None  # few large ones are parts of the data
+
+
+def _stray_notes(demos: Demonstrations) -> tuple[str, ...]:
+    """One slip of a decimal point or a unit, and all the rest looks like a single place."""
+    middle = np.median(demos.states, axis=0)
+    away = [np.linalg.norm(demo.states - middle, axis=1) for demo in demos]
+    usual = float(np.median(np.concatenate(away)))
+    notes = []
+    for demo, distances in zip(demos, away, strict=True):
+        row = int(distances.argmax())
+        if distances[row] > STRAY * usual > 0.0:
+            notes.append(
+                f"Demonstration {demo.label}, row {row}, lies {distances[row]:.3g} from the middle of all states, "
+                f"{distances[row] / usual:.3g} times as far as is usual: a slip? What is learnt is of that size."
+            )
+    return tuple(notes)
 
 
 def _crossing_notes(demos: Demonstrations) -> tuple[str, ...]:
