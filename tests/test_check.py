@@ -256,6 +256,20 @@ def test_chords_may_sag_as_much_as_the_path_bends(n):
     assert check.reason.startswith(f"State {n // 2} lies")
 
 
+@pytest.mark.parametrize("n", [5, 9, 50])
+def test_chords_may_sag_more_where_the_path_bends_ever_more(n):
+    """A path that bends most at its end: the bend at the states tells too little."""
+    x = np.linspace(0.0, 1.0, n)
+    path = np.column_stack([x, 0.0 * x, x**4])
+
+    class Gully(Plane):
+        def judge(self, states, /):
+            return np.abs(states[:, 2] - states[:, 0] ** 4), super().judge(states)[1]
+
+    check = check_path(path, Gully(), 1e-9, FLAT, still=1.0, obstacles=Ball(FAR, resolution=1e-3))
+    assert check.ok, check.reason
+
+
 def test_chords_that_leave_the_surface_where_the_path_is_straight_fail():
     """States on the surface, with a ridge between two of them."""
 

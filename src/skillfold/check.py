@@ -7,6 +7,7 @@ of how the path was found.
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from skillfold.clearance import Clearance
 from skillfold.motion import is_finite
@@ -19,7 +20,7 @@ OUTSIDE = 4.0  # times the usual distance to the demonstrations: a path farther 
 JUMP = 5.0  # times the mean step: a longer one is no continuous motion
 MOST = 20_000  # states that are looked at between those of a path; a longer one is looked at less closely
 NO_END = np.full(1, np.inf)  # clearance where there is nothing to be clear of
-SAG = 0.125  # of a second difference: how far the chord of a smooth curve lies off it, half-way
+SAG = 0.125  # of a second difference, and of its change: how far the chord of a smooth curve lies off it, half-way
 
 
 class Constraint(Protocol):
@@ -145,6 +146,9 @@ def _sag(states: Array, places: Array) -> Array:
         return np.zeros(len(places))
     bends = np.linalg.norm(states[2:] - 2.0 * states[1:-1] + states[:-2], axis=1)
     bends = np.concatenate([bends[:1], bends, bends[-1:]])
+    # Between states a path bends more than at them by as much as that changes from one to the next.
+    changes = np.pad(np.linalg.norm(np.diff(states, 3, axis=0), axis=1), 2)
+    most = np.maximum(bends[:-1], bends[1:]) + sliding_window_view(changes, 3).max(1)
     edges = np.minimum(places.astype(int), len(states) - 2)
     share = places - edges
-    return 4.0 * share * (1.0 - share) * SAG * np.maximum(bends[edges], bends[edges + 1])
+    return 4.0 * share * (1.0 - share) * SAG * most[edges]
