@@ -122,6 +122,28 @@ def test_followers_of_followers_follow_the_first(tmp_path):
     assert q["b"] == pytest.approx(1.1)
 
 
+HELD = """<mujoco><compiler angle="radian"/><worldbody><body><joint name="a" axis="0 0 1"/><geom size="0.1"/>
+<body pos="1 0 0"><joint name="b" axis="0 0 1" ref="0.2"/><geom size="0.1"/>
+<body name="tool" pos="1 0 0"><joint name="c" axis="0 0 1"/><geom size="0.1"/></body></body></body></worldbody>
+<equality><joint joint1="b" polycoef="0.3 0 0 0 0"/><joint joint1="c" joint2="b" polycoef="0.1 2 0 0 0"/></equality>
+</mujoco>"""
+
+
+def test_a_joint_held_at_a_constant_stays_there_and_so_do_its_followers(tmp_path):
+    """MuJoCo counts from where the joint stands in qpos0, which is its ref."""
+    file = tmp_path / "held.xml"
+    file.write_text(HELD)
+    robot, model = sf.Robot.load(file), mujoco.MjModel.from_xml_string(HELD)
+    np.testing.assert_allclose(robot.couple([0.7, 9.0, 9.0]), [0.7, 0.5, 0.1 + 2 * 0.3])
+    data = mujoco.MjData(model)
+    data.qpos[:] = robot.couple([0.7, 9.0, 9.0])
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0, atol=1e-12)
+    np.testing.assert_array_equal(robot.forward([0.7, 9.0, 9.0]), robot.forward([0.7, 0.0, 0.0]))
+    assert not robot.jacobian([0.7, 0.0, 0.0])[:, 1:].any()
+    assert robot.obstacles().n_pairs == 0  # nothing moves against anything else
+
+
 def test_joints_that_follow_in_a_circle_are_an_error(tmp_path):
     more = (
         link("x", inertial()),

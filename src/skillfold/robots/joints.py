@@ -45,7 +45,7 @@ class Joints:
     Attributes:
         names: of the joints.
         numbers, addresses: (dof,) MuJoCo's number of each and its place in qpos.
-        columns, offsets, ratios: (dof,) each joint stands at offset + ratio · q[column].
+        columns, offsets, ratios: (dof,) each joint stands at offset + ratio · q[column]; ratio 0 where it is held.
         slides: (dof,) whether it is prismatic.
         limits: of each.
         velocity, acceleration, torque: (dof,) largest values, infinite where unknown.
@@ -167,9 +167,9 @@ def pose_slots(model: Any, data: Any, joints: Joints, base: Array | None) -> dic
 
 
 def moves_of(model: Any, joints: Joints) -> Flags:
-    """(n_bodies, dof) whether joint k moves the body."""
+    """(n_bodies, dof) whether joint k moves the body; one that is held moves none."""
     moves = np.zeros((model.nbody, joints.dof), bool)
-    column = {int(number): k for k, number in enumerate(joints.numbers)}
+    column = {int(number): k for k, number in enumerate(joints.numbers) if joints.ratios[k] != 0.0}
     for body in range(1, model.nbody):
         moves[body] = moves[model.body_parentid[body]]
         first = model.body_jntadr[body]
@@ -222,16 +222,18 @@ def _couplings(model: Any, numbers: Indices, source: str) -> tuple[Indices, Arra
     place = {int(number): k for k, number in enumerate(numbers)}
     for i in range(model.neq):
         follower, leader = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
-        if model.eq_type[i] != mujoco.mjtEq.mjEQ_JOINT or leader < 0 or not model.eq_active0[i]:
+        if model.eq_type[i] != mujoco.mjtEq.mjEQ_JOINT or not model.eq_active0[i]:
             continue
         constant, slope, *curved = model.eq_data[i, :5]
+        k, zero = place[follower], model.qpos0[model.jnt_qposadr[[follower, leader]]]
+        if leader < 0:  # held where it is
+            columns[k], ratios[k], offsets[k] = k, 0.0, zero[0] + constant
+            continue
         if any(curved):
             names = f"{_name(model, follower)} follows {_name(model, leader)}"
             raise RobotError(f"{source}: joint {names} along a curve; expected a straight line (polycoef a b 0 0 0).")
         # MuJoCo counts both from where they stand in qpos0.
-        zero = model.qpos0[model.jnt_qposadr[[follower, leader]]]
-        k, lead = place[follower], place[leader]
-        columns[k], ratios[k] = lead, slope
+        columns[k], ratios[k] = place[leader], slope
         offsets[k] = zero[0] + constant - slope * zero[1]
     return _resolved(columns, offsets, ratios, source, [_name(model, i) for i in numbers])
 
@@ -239,12 +241,13 @@ def _couplings(model: Any, numbers: Indices, source: str) -> tuple[Indices, Arra
 def _resolved(
     columns: Indices, offsets: Array, ratios: Array, source: str, names: list[str]
 ) -> tuple[Indices, Array, Array]:
-    """Followers of followers follow the first leader."""
+    """Followers of followers follow the first leader, and are held where it is."""
     direct = columns
     for _ in names:
         lead = columns[columns]
         if (lead == columns).all() and (direct[columns] == columns).all():
-            return columns, offsets, ratios
+            led = columns != np.arange(len(columns))
+            return columns, offsets + np.where(led, ratios * offsets[columns], 0.0), ratios * ratios[columns]
         offsets = offsets + ratios * np.where(lead != columns, offsets[columns], 0.0)
         ratios = ratios * np.where(lead != columns, ratios[columns], 1.0)
         columns = lead
