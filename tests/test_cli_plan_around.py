@@ -66,6 +66,7 @@ def test_without_a_scene_the_robot_keeps_clear_of_itself(folder, capsys):
     ("options", "message"),
     [
         (["--scene", "ball.json"], "Name the robot"),
+        (["--margin", "nan"], "Name the robot"),
         (["--robot", "lwr4"], "7 coordinates, the skill has 3"),
         (["--robot", "lwr5"], "lwr5"),
         (["--robot", "planar_arm", "--scene", "none.json"], "none.json"),

@@ -58,7 +58,7 @@ class Plan:
     """Keep this robot clear of itself and of the scene: jaco, lwr4, nao, planar_arm, or an MJCF or URDF file."""
     scene: Annotated[Path | None, shown("SCENE.JSON", "(nothing around the robot)")] = None
     """Obstacles in the robot's frame, as `Scene.save` writes them; metres."""
-    margin: Annotated[float, shown("METRES")] = 0.02
+    margin: Annotated[float | None, shown("METRES", "(0.02)")] = None
     """Clearance to keep where there is room for it."""
     alpha: Annotated[float | None, shown("PERCENT", "(100)")] = None
     """Of keyframes: how much of the variance the envelope keeps; less keeps to its main directions."""
@@ -134,16 +134,20 @@ class Plan:
         return demos
 
 
-def obstacles(robot: str | None, scene: Path | None, margin: float) -> "Obstacles | None":
+def obstacles(robot: str | None, scene: Path | None, margin: float | None) -> "Obstacles | None":
     """What a robot must keep clear of, in a scene or alone; None without a robot."""
     if robot is None:
         if scene is not None:
             raise InputError(f"--scene {scene}: whose obstacles are these? Name the robot, such as --robot lwr4.")
+        if margin is not None:
+            raise InputError(f"--margin {margin}: whose clearance is this? Name the robot, such as --robot lwr4.")
         return None
+    from skillfold.robots.obstacles import MARGIN
     from skillfold.robots.robot import Robot
     from skillfold.robots.scene import Scene
 
-    return Robot.load(robot).obstacles(None if scene is None else Scene.load(scene), margin=margin)
+    kept = MARGIN if margin is None else margin
+    return Robot.load(robot).obstacles(None if scene is None else Scene.load(scene), margin=kept)
 
 
 @dataclass(frozen=True)
