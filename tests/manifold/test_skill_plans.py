@@ -1,5 +1,7 @@
 """Samples and plans: on the manifold, exact at their ends, true where the truth is known."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -126,6 +128,21 @@ def test_via_points_are_passed(skills, kind):
             rows = [int(np.flatnonzero((states == v).all(1))[0]) for v in np.asarray(via)]
             assert rows == sorted(rows)
             assert 0 < rows[0] <= rows[-1] < 40
+
+
+@pytest.mark.parametrize("rows", [(6, [55], 30), (24, [2], 55), (0, [45, 15], 59), (55, [20, 40], 3)])
+def test_via_points_in_another_order_than_the_demonstrations_are_passed(recorded, rows):
+    """Beyond the goal, before the start, swapped: leg by leg where the whole route would be torn."""
+    start, via, goal = rows
+    curve = curves()[2]
+    plan = recorded.plan(curve[start], curve[goal], via=curve[via])
+    assert plan.success, plan.reason
+    assert plan.route == "demonstrated"
+    found = [int(np.flatnonzero((plan.path.states == curve[row]).all(1))[0]) for row in via]
+    assert found == sorted(found)
+    given = [start, *via, goal]
+    ways = [np.diff(curve[min(a, b) : max(a, b) + 1], axis=0) for a, b in pairwise(given)]
+    assert plan.path.length < 1.1 * np.linalg.norm(np.concatenate(ways), axis=1).sum()
 
 
 @law

@@ -14,7 +14,7 @@ from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, round
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
 from skillfold.manifold.projection import OnManifold, project_anchored, seem_off, within_limits
-from skillfold.manifold.route import Route
+from skillfold.manifold.route import Route, RouteAnswer
 from skillfold.motion import Path, Plan
 from skillfold.spaces import StateSpace
 
@@ -123,13 +123,27 @@ def _plan_led(model: Model, route: Route, space: StateSpace, names: tuple[str, .
 
 
 def plan_demonstrated(model: Model, space: StateSpace, names: tuple[str, ...], route: Route, query: Query) -> Plan:
-    """The way the demonstrations take between the query's ends and through its via points, pushed off obstacles."""
+    """The way the demonstrations take between the query's ends and through its via points, pushed off obstacles.
+
+    Where they do not pass the via points in that order, it goes to each by itself, backwards if need be.
+    """
     count = query.points or SHOWN
-    answer = route.between(query.states[0], query.states[-1], count, query.states[1:-1])
+    whole = route.between(query.states[0], query.states[-1], count, query.states[1:-1])
+    plan = _along(model, space, names, whole, query, "Follows the demonstrations")
+    if plan.success or len(query.states) == 2:
+        return plan
+    legs = route.leg_by_leg(query.states, shares(query.states, count))
+    again = _along(model, space, names, legs, query, "Follows the demonstrations from each given state to the next")
+    return again if again.success else plan
+
+
+def _along(
+    model: Model, space: StateSpace, names: tuple[str, ...], answer: RouteAnswer, query: Query, story: str
+) -> Plan:
+    """A plan of a route through the query's states: held near the manifold, pushed off obstacles, checked."""
     ends = float(OnManifold(model).distance(query.states).max())
     tolerance = max(usual(model) + 3.0 * float(answer.spread.max()), 1.5 * ends)
     held = _hold(model, answer.states, query.states, usual(model) + DOUBTED * answer.spread, tolerance)
-    story = "Follows the demonstrations"
     if query.obstacles is not None:
         aside = aside_of(held, query.states, query.obstacles)
         story += f", up to {np.linalg.norm(aside - held, axis=1).max():.3g} aside" if aside is not held else ""

@@ -115,6 +115,23 @@ class Route:
         first, last = (1.0 - place.phases if place.reversed else place.phases).tolist()
         return RouteAnswer(states, spread * self.scale, first, last, place.reversed, place.supported)
 
+    def leg_by_leg(self, states: Array, counts: Sequence[int]) -> RouteAnswer:
+        """Routes from each of the states (m, D) to the next, of so many states each, one after the other.
+
+        They need not lie in the order of the demonstrations: some legs may go backwards. Phases are those of the
+        first and the last state; `reversed` is whether all legs are.
+        """
+        legs = [self.between(a, b, n) for a, b, n in zip(states[:-1], states[1:], counts, strict=True)]
+        first, *others = legs
+        return RouteAnswer(
+            np.vstack([first.states, *(leg.states[1:] for leg in others)]),
+            np.concatenate([first.spread, *(leg.spread[1:] for leg in others)]),
+            first.start_phase,
+            legs[-1].goal_phase,
+            all(leg.reversed for leg in legs),
+            max(leg.supported for leg in legs),
+        )
+
     def stretches(self, ends: Array) -> Array:
         """The demonstrations between ends (2, D), at equal shares of the stretch; as `curves`, and in its units."""
         place = locate(self.curves, self.squared_spread, ends)
