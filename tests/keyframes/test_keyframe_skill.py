@@ -49,7 +49,8 @@ def test_every_form_of_the_same_keyframes(tmp_path):
     recordings = Demonstrations(demos, names=POSE)
     recordings.save(tmp_path / "keyframes.csv")
     more = Demonstrations([np.column_stack([np.arange(3), d]) for d in demos], names=["step", *POSE])
-    for form in (np.array(demos), tuple(demos), recordings, more, tmp_path / "keyframes.csv"):
+    capitals = Demonstrations(demos, names=[name.upper() for name in POSE])
+    for form in (np.array(demos), tuple(demos), recordings, more, capitals, tmp_path / "keyframes.csv"):
         found = sf.KeyframeSkill.fit(form)
         np.testing.assert_allclose([g.mean for g in found.gaussians], wanted, atol=1e-12)
 

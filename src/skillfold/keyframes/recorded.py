@@ -84,10 +84,11 @@ def _of_recording(demo: Demonstration, names: tuple[str, ...], extracted: bool, 
 
 
 def _pose_columns(names: tuple[str, ...]) -> list[int]:
-    """Columns of the pose; seven without names of their own are one."""
+    """Columns of the pose, in small letters or capitals; seven without names of their own are one."""
     if names == tuple(f"x{i}" for i in range(7)):
         return list(range(7))
-    missing = [name for name in POSE if name not in names]
+    places = {name.lower(): i for i, name in enumerate(names)} | {name: i for i, name in enumerate(names)}
+    missing = [name for name in POSE if name not in places]
     if missing:
         raise InputError(f"keyframes: columns {', '.join(names)}; expected {', '.join(POSE)} [m, unit quaternion].")
-    return [names.index(name) for name in POSE]
+    return [places[name] for name in POSE]
