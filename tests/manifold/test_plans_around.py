@@ -9,6 +9,7 @@ from robots import scenes
 from skillfold import PointObstacles, Robot, Scene, Sphere, StateSpace
 from skillfold.errors import InputError
 from skillfold.experiments.three_link import REACHING, forward, optimal
+from skillfold.manifold.aside import aside_of
 
 METHODS = [None, "geodesic", "springs", "hinge", "sampled"]
 BENT = ["springs", "hinge", "sampled"]
@@ -271,6 +272,18 @@ def test_a_demonstrated_route_is_pushed_aside_and_elsewhere_keeps_its_way(record
     assert 0.03 < moved.max() < 0.1
     assert moved.argmax() == pytest.approx(50, abs=2)
     assert moved[[*range(20), *range(80, 101)]].max() < 2e-3
+
+
+@pytest.mark.parametrize("points", [101, 500, 1000])
+def test_a_route_is_pushed_aside_with_any_number_of_states(points):
+    """Many states so close together do not come to rest by themselves."""
+    t = np.linspace(0, 1, points)[:, None]
+    path = np.hstack([np.sin(2 * t), 0.5 * t**2, t])
+    middle = np.array([np.sin(1.0), 0.125, 0.5])
+    obstacles = PointObstacles(middle + 0.03 * np.random.default_rng(4).standard_normal((6, 3)), 0.2)
+    aside = aside_of(path, path[[0, -1]], obstacles)
+    assert obstacles.clearance(aside).min() > 0.98 * obstacles.margin
+    np.testing.assert_array_equal(aside[[0, -1]], path[[0, -1]])
 
 
 def test_a_demonstrated_route_that_is_free_stays_to_the_bit(recorded):
