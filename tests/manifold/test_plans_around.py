@@ -304,6 +304,16 @@ def test_via_points_of_a_demonstrated_route_stay(recorded):
         assert (plan.path.states == state).all(1).any()
 
 
+def test_a_demonstrated_route_comes_nearer_than_the_margin_where_nothing_else_is_found(recorded):
+    """From a start that is within it: to keep it at once the path would leave the manifold, or jump."""
+    curve = curves()[2]
+    obstacles = PointObstacles([curve[0] + [0.0, 0.0, -0.19]], 0.34)
+    plan = recorded.plan(curve[0], curve[-1], obstacles=obstacles)
+    assert plan.success, plan.reason
+    assert "of the margin" in plan.reason
+    assert 0.0 < obstacles.clearance(dense(plan.path.states, obstacles.resolution)).min() < obstacles.margin
+
+
 def test_a_demonstrated_route_that_cannot_give_way_fails(recorded):
     """Far aside is off the manifold."""
     curve = curves()[2]

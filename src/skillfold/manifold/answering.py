@@ -13,6 +13,7 @@ from skillfold.motion import Array, Plan
 from skillfold.spaces import StateSpace
 
 POINTS = {"geodesic": 50, "demonstrated": 101}  # states of a plan; chords would cut the wiggles of a route
+NEARER = (0.25, 0.05)  # of the margin that a demonstrated route keeps where nothing else is found
 ROUTES = ("geodesic", "demonstrated")
 ALONE = ("anchored", "leaf")
 AROUND = ("geodesic", "springs", "hinge", "sampled")
@@ -51,11 +52,15 @@ def answer(
     if why:
         return not_begun(query.states, names, why, np.zeros(len(query.states)), "demonstrated")
     plan = plan_demonstrated(model, space, names, route, query)
-    if plan.success or query.obstacles is None or model.dim == 1:
+    if plan.success or query.obstacles is None:
         return plan
-    # What cannot be pushed aside may still be gone around, as long as the manifold leaves a choice.
-    around = _on_manifold(model, route, space, names, query)
-    return around if around.success else plan
+    # What cannot be pushed aside may still be gone around, as long as the manifold leaves a choice; or passed nearer.
+    if model.dim > 1:
+        around = _on_manifold(model, route, space, names, query)
+        if around.success:
+            return around
+    nearer = (plan_demonstrated(model, space, names, route, query._replace(share=share)) for share in NEARER)
+    return next((other for other in nearer if other.success), plan)
 
 
 def _on_manifold(model: Model, route: Route | None, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:

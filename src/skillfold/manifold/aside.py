@@ -20,25 +20,25 @@ TOLERANCE, LIMIT = 1e-4, 200  # of the last step, in extents; iterations
 FEW = 101  # states that mostly come to rest
 
 
-def aside_of(path: Array, given: Array, obstacles: Clearance) -> Array:
-    """The path (n, D) a margin off obstacles, or itself where it is; states that were given (m, D) stay.
+def aside_of(path: Array, given: Array, obstacles: Clearance, share: float = 1.0) -> Array:
+    """The path (n, D) a share of the margin off obstacles, or itself where it is; states that were given (m, D) stay.
 
     Many states so close together may be pushed to and fro without end: then fewer are, and the rest in between.
     """
-    clear = np.atleast_1d(obstacles.clearance(path))
-    if clear.min() >= obstacles.margin:
+    clear, margin = np.atleast_1d(obstacles.clearance(path)), share * obstacles.margin
+    if clear.min() >= margin:
         return path
     fixed = np.flatnonzero((path[:, None] == given[None]).all(2).any(1))
-    aside, at_rest = _bent(path, fixed, obstacles)
+    aside, at_rest = _bent(path, fixed, obstacles, margin)
     if not at_rest and len(path) > FEW:
         rows = np.union1d(np.linspace(0, len(path) - 1, FEW).astype(int), fixed)
-        few, _ = _bent(path[rows], np.searchsorted(rows, fixed), obstacles)
+        few, _ = _bent(path[rows], np.searchsorted(rows, fixed), obstacles, margin)
         aside = path + PchipInterpolator(rows, few - path[rows])(np.arange(len(path)))
     aside[fixed] = path[fixed]
     return aside
 
 
-def _bent(path: Array, fixed: Indices, obstacles: Clearance) -> tuple[Array, bool]:
+def _bent(path: Array, fixed: Indices, obstacles: Clearance, margin: float) -> tuple[Array, bool]:
     """The path (n, D) pushed off obstacles between its fixed states; whether it came to rest."""
     compiled = obstacles.compiled()
     lower, upper = obstacles.bounds
@@ -54,7 +54,7 @@ def _bent(path: Array, fixed: Indices, obstacles: Clearance) -> tuple[Array, boo
                 chart,
                 barrier,
                 part,
-                obstacles.margin,
+                margin,
                 max(compiled.capacity, 1),
                 REACH * len(path),
                 CAP,

@@ -40,6 +40,7 @@ class Query(NamedTuple):
         obstacles: what to keep clear of.
         seed: of what is sampled.
         near: an earlier path (n, D) that is likely near the answer; None where there is none.
+        share: of the obstacles' margin, which a demonstrated route keeps.
     """
 
     states: Array
@@ -48,6 +49,7 @@ class Query(NamedTuple):
     obstacles: Clearance | None = None
     seed: int = 0
     near: Array | None = None
+    share: float = 1.0
 
 
 def plan_geodesic(
@@ -145,8 +147,9 @@ def _along(
     tolerance = max(usual(model) + 3.0 * float(answer.spread.max()), 1.5 * ends)
     held = _hold(model, answer.states, query.states, usual(model) + DOUBTED * answer.spread, tolerance)
     if query.obstacles is not None:
-        aside = aside_of(held, query.states, query.obstacles)
+        aside = aside_of(held, query.states, query.obstacles, query.share)
         story += f", up to {np.linalg.norm(aside - held, axis=1).max():.3g} aside" if aside is not held else ""
+        story += f", with {query.share:.0%} of the margin" if query.share < 1.0 else ""
         held = aside
     constraint, obstacles = OnManifold(model, tolerance), query.obstacles
     check, states = _verdict(
