@@ -25,6 +25,20 @@ def test_inside_is_calibrated_on_held_out_samples(count):
     assert 0.02 < share < 0.09
 
 
+@pytest.mark.parametrize("count", [400, 1000, 2050])
+def test_inside_is_calibrated_where_noise_is_wider_than_samples_lie_apart(count):
+    """Anchors are without noise, new samples are not: the nearest sample tells less than the nearest anchor."""
+    rng = np.random.default_rng(5)
+
+    def noisy_circle(n):
+        turn = rng.uniform(0.0, 2.0 * np.pi, n)
+        return np.column_stack([np.cos(turn), np.sin(turn)]) + 0.03 * rng.standard_normal((n, 2))
+
+    skill = fit(noisy_circle(count), 1)
+    share = (skill.inside(noisy_circle(2000)) > 1).mean()
+    assert 0.02 < share < 0.1
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_inside_grows_with_the_way_out(skills, kind):
     skill = skills[kind]

@@ -228,12 +228,13 @@ def _trust(surface: Surface, field: Field, spacing: float, jobs: int) -> Trust:
 def _calibrate(inner: Array, anchors: Array, judged: Chosen, graph: Graph) -> tuple[float, float]:
     """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor.
 
-    A left-out sample that is an anchor itself is no nearer to the others than to the nearest sample. Half-way between
-    anchors that follow each other is no farther out than usual, however near each has a twin.
+    A left-out sample that is an anchor itself is no nearer to the others than to the nearest sample, nor than its own
+    noise lets it be: anchors have none. Half-way between anchors that follow each other is no farther out than usual,
+    however near each has a twin.
     """
     left_out = inner[judged.left_out]
     spacing = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
-    if len(anchors) < len(inner):
-        spacing = np.maximum(spacing, KDTree(anchors).query(left_out)[0])
+    other = 1 if len(anchors) < len(inner) else 2  # where each sample has an anchor, one is its own
+    spacing = np.maximum(spacing, np.asarray(KDTree(anchors).query(left_out, [other])[0])[:, 0])
     tolerance = float(np.sqrt(np.quantile(judged.squares, QUANTILE)))
     return tolerance, max(float(np.quantile(spacing, QUANTILE)), HALF_WAY * graph.stride(len(anchors)))
