@@ -235,6 +235,7 @@ def _calibrate(inner: Array, anchors: Array, judged: Chosen, graph: Graph) -> tu
     left_out = inner[judged.left_out]
     spacing = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
     other = 1 if len(anchors) < len(inner) else 2  # where each sample has an anchor, one is its own
-    spacing = np.maximum(spacing, np.asarray(KDTree(anchors).query(left_out, [other])[0])[:, 0])
+    away = np.asarray(KDTree(anchors).query(left_out, other)[0]).reshape(len(left_out), other)
+    spacing = np.maximum(spacing, away[:, -1])
     tolerance = float(np.sqrt(np.quantile(judged.squares, QUANTILE)))
     return tolerance, max(float(np.quantile(spacing, QUANTILE)), HALF_WAY * graph.stride(len(anchors)))
