@@ -276,3 +276,19 @@ def test_a_geodesic_to_where_it_starts_stays_there():
         plan = skill.plan(state, state, route="geodesic")
         assert plan.success, plan.reason
         assert plan.length == 0.0
+
+
+def test_on_a_roll_no_path_goes_from_sheet_to_sheet():
+    """Where a path grown straight toward its goal jumps across the gap, one is found over the samples."""
+    rng = np.random.default_rng(3)
+    turn, along = rng.uniform(-np.pi, np.pi, 600), rng.uniform(-1.0, 1.0, 600)
+    radius = 1.0 + 0.5 * turn / np.pi
+    skill = fit(np.column_stack([radius * np.cos(turn), radius * np.sin(turn), along]), 2, 20)
+    ends = samples_of(skill)[rng.permutation(600)[:40].reshape(20, 2)]
+    for start, goal in ends:
+        plan = skill.plan(start, goal)
+        assert plan.success, plan.reason
+        x, y, _ = plan.path.states.T
+        angle = np.arctan2(y, x)
+        np.testing.assert_allclose(np.hypot(x, y), 1.0 + 0.5 * angle / np.pi, atol=1e-5)
+        assert np.abs(np.diff(angle)).max() < 0.5  # at a turn of π the roll ends

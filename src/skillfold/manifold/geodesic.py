@@ -61,6 +61,13 @@ def geodesic(model: Model, ends: Array, points: int) -> Geodesic:
     return Geodesic(_even(model, ends, way, points), found.iterations, False, "graph")
 
 
+def regrown(model: Model, ends: Array, points: int) -> Geodesic:
+    """The same, but first found over the anchors: grown straight toward the goal, a path may cross between sheets."""
+    over_anchors = model.path(ends[0], ends[1], graph_path(model, ends))
+    found = _solved(model, over_anchors, points, "graph")
+    return found if found.converged else _solved(model, over_anchors, points, "graph", True)
+
+
 def within_edge(model: Model, found: Geodesic) -> Geodesic:
     """The same held within the edge of the demonstrations; as it is where it keeps there, or that does not settle."""
     if not found.converged:

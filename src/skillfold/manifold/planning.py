@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from skillfold.check import Check, check_path
 from skillfold.clearance import Clearance
 from skillfold.manifold.aside import aside_of
-from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, roundabout, within_edge
+from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, regrown, roundabout, within_edge
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
 from skillfold.manifold.projection import OnManifold, project_anchored, seem_off, within_limits
@@ -66,6 +66,8 @@ def plan_geodesic(
     others = []
     if check.outside > FAR and not leaf:
         others.append([within_edge(model, part) for part in parts])
+    if not check.ok and not leaf:
+        others.append([_regrown(model, asked[i : i + 2], part) for i, part in enumerate(parts)])
     if not check.ok:
         others.append([_over_anchors(model, asked[i : i + 2], part) for i, part in enumerate(parts)])
     for instead in others:
@@ -75,6 +77,11 @@ def plan_geodesic(
                 check, states, parts = checked, path, instead
                 break
     return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
+
+
+def _regrown(model: Model, ends: Array, part: Geodesic) -> Geodesic:
+    """The path first found over the anchors, instead of one that was grown; held within the edge as that one is."""
+    return within_edge(model, regrown(model, ends, len(part.states))) if part.first == "grown" else part
 
 
 def _over_anchors(model: Model, ends: Array, part: Geodesic) -> Geodesic:
