@@ -6,7 +6,8 @@ import pytest
 from manifold.conftest import curves, fit
 from skillfold.errors import DisconnectedError
 from skillfold.manifold.free import split_directions
-from skillfold.manifold.samples import crowds, distinct, read_samples, told_apart
+from skillfold.manifold.samples import crowds, distinct, read_samples, side_by_side, told_apart
+from skillfold.spaces import StateSpace
 
 
 def bent(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -137,3 +138,33 @@ def test_a_slip_of_units_is_told():
     slipped[1][7] *= 1e4
     assert any("Demonstration 1, row 7" in note for note in read_samples(slipped, None).notes)
     assert read_samples(curves()[:3], None).notes == ()
+
+
+def test_angles_of_samples_without_order_are_written_in_one_turn():
+    """From one row to the next they may go more than half a turn either way, which says nothing of turns."""
+    rng = np.random.default_rng(0)
+    angles = rng.uniform(-2.9, 2.9, (300, 1))
+    states = np.hstack([angles + 2.0, np.sin(angles)])
+    space = StateSpace.continuous(1) + StateSpace.linear(1)
+    found = read_samples(space.wrap(states), space).states
+    np.testing.assert_allclose(found - found[0], states - states[0], atol=1e-12)
+    skill = fit(space.wrap(states), 1, space=space)
+    plan = skill.plan(*space.wrap(states[[angles.argmin(), angles.argmax()]]))
+    assert plan.success, plan.reason
+    np.testing.assert_allclose(plan.path.states[:, 1], np.sin(plan.path.states[:, 0] - 2.0), atol=1e-4)
+
+
+def test_quaternions_of_samples_without_order_have_the_sign_that_is_near_to_most():
+    rng = np.random.default_rng(0)
+    half = rng.uniform(-1.1, 1.1, 200)
+    turns = np.column_stack([np.cos(half), 0.6 * np.sin(half), 0.8 * np.sin(half), 0.0 * half])
+    turns[0] = [1.0, 0.0, 0.0, 0.0]
+    flipped = turns * np.append(1.0, rng.choice([-1.0, 1.0], 199))[:, None]
+    np.testing.assert_array_equal(side_by_side(flipped, StateSpace.quaternion()), turns)
+
+
+def test_states_that_are_near_each_other_stay_as_they_are_written():
+    rng = np.random.default_rng(0)
+    states = np.hstack([40.0 + rng.uniform(-1.0, 1.0, (50, 2)), -np.eye(4)[0] + 0.1 * rng.normal(size=(50, 4))])
+    space = StateSpace.continuous(2) + StateSpace.quaternion()
+    np.testing.assert_array_equal(side_by_side(states, space), states)

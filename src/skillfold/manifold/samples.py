@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 
 from skillfold.demonstrations import Demonstrations
 from skillfold.errors import InputError
-from skillfold.spaces import StateSpace
+from skillfold.spaces import TURN, StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -65,8 +65,26 @@ def read_samples(demos: Demonstrations | Array | Sequence[Array], space: StateSp
 
 
 def _of_cloud(demos: Demonstrations) -> Samples:
-    states, groups = told_apart(demos.states, None)
+    states, groups = told_apart(side_by_side(demos.states, demos.space), None)
     return Samples(states, groups, (), demos.space, demos.names, len(demos.states), _stray_notes(demos))
+
+
+def side_by_side(states: Array, space: StateSpace) -> Array:
+    """States (N, D) without order, written near each other: none follows the one before. The first stays as it is.
+
+    Angles are cut where the widest gap is, quaternions across their mean.
+    """
+    out = states.copy()
+    for i in (i for i, kind in enumerate(space.kinds) if kind == "continuous"):
+        places = np.sort(states[:, i] % TURN)
+        gaps = np.diff(places, append=places[0] + TURN)
+        cut = places[gaps.argmax()] + 0.5 * gaps.max()
+        turns = np.floor((states[:, i] - cut) / TURN)
+        out[:, i] -= TURN * (turns - turns[0])
+    for columns in space.quaternions:
+        along = states[:, columns] @ np.linalg.eigh(states[:, columns].T @ states[:, columns])[1][:, -1]
+        out[:, columns] *= np.where(along * along[0] < 0.0, -1.0, 1.0)[:, None]
+    return out
 
 
 def _of_recordings(demos: Demonstrations) -> Samples:
