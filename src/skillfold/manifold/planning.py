@@ -5,7 +5,6 @@ from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from skillfold.check import Check, check_path
 from skillfold.clearance import Clearance
@@ -14,17 +13,14 @@ from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, regro
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
 from skillfold.manifold.projection import OnManifold, project_anchored, seem_off, within_limits
+from skillfold.manifold.pulling import pulled_onto
 from skillfold.manifold.route import Route, RouteAnswer
 from skillfold.motion import Path, Plan
 from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
-EVENED = 0.04  # of a path: width over which the pull onto the manifold is evened out
-ALONE = 0.25  # states: an evening so narrow leaves each pulled by itself
-CLOSER = 0.9  # of the distance allowed before, in each further turn: feet move with the states
 SHOWN = 101  # states of a demonstrated route where the query names no number
 FAR = 1.2  # times as far from the demonstrations as is usual: a path that leads farther is held within their edge
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
@@ -152,7 +148,7 @@ def _along(
     """A plan of a route through the query's states: held near the manifold, pushed off obstacles, checked."""
     ends = float(OnManifold(model).distance(query.states).max())
     tolerance = max(usual(model) + 3.0 * float(answer.spread.max()), 1.5 * ends)
-    held = _hold(model, answer.states, query.states, usual(model) + DOUBTED * answer.spread, tolerance)
+    held = pulled_onto(model, answer.states, query.states, usual(model) + DOUBTED * answer.spread, tolerance)
     if query.obstacles is not None:
         aside = aside_of(held, query.states, query.obstacles, query.share)
         story += f", up to {np.linalg.norm(aside - held, axis=1).max():.3g} aside" if aside is not held else ""
@@ -223,37 +219,6 @@ def joined(space: StateSpace, legs: list[Array], asked: Array, counts: list[int]
     for i, state in zip(accumulate((n - 1 for n in counts), initial=0), asked, strict=True):
         states[i] = state
     return states
-
-
-def _hold(model: Model, states: Array, given: Array, allowed: Array, enough: float) -> Array:
-    """Pull states that are farther off the manifold than is allowed (n,) back toward that distance.
-
-    The pull is evened out along the path and fades to nothing at the given states: neighbours whose feet lie on
-    different parts of the surface must not tear the path. Where that leaves a state farther off than is enough, as
-    where chords of a recording are off by turns, all are pulled on, in each turn evened out half as far and a little
-    closer.
-    """
-    width = EVENED * len(states)
-    while True:
-        off = OnManifold(model, float(allowed.min())).distance(states) > allowed
-        if not off.any():
-            return states
-        states = states + _pull(model, states, given, off, allowed[off], width)
-        if width < ALONE or OnManifold(model, enough).distance(states).max() <= enough:
-            return states
-        width, allowed = width / 2.0, CLOSER * allowed
-
-
-def _pull(model: Model, states: Array, given: Array, off: Flags, allowed: Array, width: float) -> Array:
-    """From states (n, D) that are off (n,) toward their feet, up to the distance allowed there, evened out."""
-    foot, _ = project_anchored(model, states[off])
-    pull = np.zeros_like(states)
-    away = np.maximum(np.linalg.norm(states[off] - foot, axis=1), 1e-300)
-    pull[off] = np.maximum(1.0 - allowed / away, 0.0)[:, None] * (foot - states[off])
-    fixed = np.flatnonzero((states[:, None] == given[None]).all(2).any(1))
-    nearest = np.abs(np.arange(len(states))[:, None] - fixed).min(1)
-    fade = np.minimum(1.0, nearest / (2.0 * width))[:, None]
-    return fade * gaussian_filter1d(pull, width, axis=0, mode="nearest")
 
 
 def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
