@@ -1,5 +1,6 @@
 """The arm's optimal poses against SciPy's optimisers, and the protocol on skills that are always right."""
 
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -123,3 +124,12 @@ class _Skill:
         redundancy = min((REACHING, WEIGHTED_REACHING), key=lambda r: kkt_residual(start, line[0], r))
         states = optimal(line, redundancy) + self.shift
         return SimpleNamespace(path=SimpleNamespace(states=states), converged=True)
+
+
+def test_below_the_axis_no_path_is_judged_in_other_processes_either():
+    """There the mirror image of what was learnt is optimal."""
+    above = optimal(np.array([[0.5, 0.2], [0.4, 0.3]]), WEIGHTED_REACHING)
+    path = np.vstack([above, optimal(np.array([[0.4, 1e-3]]), WEIGHTED_REACHING) - [1e-2, 0.0, 0.0]])
+    assert forward(path)[2, 1] < 0.0
+    for redundancy in (WEIGHTED_REACHING, pickle.loads(pickle.dumps(WEIGHTED_REACHING))):
+        assert reaching.path_rmse(path, redundancy) < 1e-9

@@ -105,7 +105,7 @@ def timed_plans(skill: Any, starts: Array, goals: Array) -> tuple[list[Any], lis
 def path_rmse(joints: Array, redundancy: Redundancy) -> float:
     """Root mean square joint error (rad) of states (N, 3) against the optimum at their own positions."""
     positions = forward(joints)
-    if redundancy is WEIGHTED_REACHING:
+    if redundancy == WEIGHTED_REACHING:
         # The optimum jumps to its mirror image below the x axis, outside the set that is learnt.
         joints, positions = joints[positions[:, 1] >= 0], positions[positions[:, 1] >= 0]
     return float(np.sqrt(np.mean((joints - optimal(positions, redundancy)) ** 2)))

@@ -115,7 +115,7 @@ def beyond(positions: Array) -> Array:
 def state_errors(states: Array, redundancy: Redundancy) -> Array:
     """Joint RMSE (n,) of states (n, 3) against the optimum at their own tool positions; NaN where there is none."""
     # The optimum of section V-B jumps to its mirror image below the x axis, outside the set that is learnt.
-    truth = followed if redundancy is WEIGHTED_REACHING else optimal
+    truth = followed if redundancy == WEIGHTED_REACHING else optimal
     best = truth(forward(states), redundancy)
     return np.sqrt(np.mean((states - best) ** 2, axis=1))
 
