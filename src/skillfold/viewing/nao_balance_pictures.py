@@ -109,7 +109,7 @@ def motion(found: Sequence[Any], titles: Sequence[str]) -> Figure:
 def judged(table: Table) -> Figure:
     """Table II: errors, times, and who stands, beside the paper's."""
     made = figure(12.0, 3.9)
-    axes = [made.add_axes((left, 0.2, width, 0.62)) for left, width in ((0.05, 0.22), (0.425, 0.2), (0.76, 0.23))]
+    axes = [made.add_axes((left, 0.2, width, 0.62)) for left, width in ((0.05, 0.22), (0.405, 0.17), (0.775, 0.215))]
     _errors(axes[0], table)
     _times(axes[1], table)
     _stable(axes[2], table)
