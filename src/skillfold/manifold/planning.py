@@ -1,6 +1,6 @@
 """Plans: the ends brought onto the manifold, a path between them, the check, and the story in words."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -59,20 +59,24 @@ def plan_geodesic(
     solve = leaf_geodesic if leaf else geodesic
     parts = [solve(model, asked[i : i + 2], count) for i, count in enumerate(counts)]
     check, states = _checked(model, space, asked, parts)
-    others = []
-    if check.outside > FAR and not leaf:
-        others.append([within_edge(model, part) for part in parts])
-    if not check.ok and not leaf:
-        others.append([_regrown(model, asked[i : i + 2], part) for i, part in enumerate(parts)])
-    if not check.ok:
-        others.append([_over_anchors(model, asked[i : i + 2], part) for i, part in enumerate(parts)])
-    for instead in others:
+    for instead in _instead(model, asked, parts, check, leaf):
         if any(other is not part for other, part in zip(instead, parts, strict=True)):
             checked, path = _checked(model, space, asked, instead)
             if checked.ok:
                 check, states, parts = checked, path, instead
                 break
     return told(states, names, check, _story_geodesic(moved, supported, parts), parts, moved, "geodesic")
+
+
+def _instead(model: Model, asked: Array, parts: list[Geodesic], check: Check, leaf: bool) -> Iterator[list[Geodesic]]:
+    """Other paths for one that leads far out or fails its check, each made only when those before do not serve."""
+    legs = [(asked[i : i + 2], part) for i, part in enumerate(parts)]
+    if check.outside > FAR and not leaf:
+        yield [within_edge(model, part) for part in parts]
+    if not check.ok and not leaf:
+        yield [_regrown(model, ends, part) for ends, part in legs]
+    if not check.ok:
+        yield [_over_anchors(model, ends, part) for ends, part in legs]
 
 
 def _regrown(model: Model, ends: Array, part: Geodesic) -> Geodesic:
