@@ -86,3 +86,16 @@ def test_evaluate_where_all_anchors_are_one_point():
     scratch = scratch_memory.make_scratch(table.entries, 1)
     scratch_memory.evaluate(np.array([[1.5, 2.25]]), scratch)
     np.testing.assert_allclose(scratch.normals[0], [0.0, 0.25], atol=1e-15)
+
+
+def test_evaluate_where_the_field_lies_across_the_surface():
+    """The displacement from a straight line is not along it, whatever the field says."""
+    points = np.array([np.linspace(-1.0, 1.0, 9), np.zeros(9)])
+    maps = as_maps(np.tile(np.eye(2), (9, 1, 1)), np.zeros((9, 1, 2)), np.ones(9))
+    line = build_surface(points, *maps, np.ones(9), monomials(1, 1))
+    field = Field(np.zeros((2, 1)), 1.0, np.array([[[0.0], [1.0]]]))
+    table = tabled(line, field, np.zeros(2), np.eye(2), 1.0, evaluator())
+    scratch = scratch_memory.make_scratch(table.entries, 1)
+    scratch_memory.evaluate(np.array([[1.5, 0.25]]), scratch)
+    np.testing.assert_allclose(scratch.normals[0], [0.0, 0.25], atol=1e-15)
+    np.testing.assert_allclose(scratch.bases[0], [[1.0, 0.0]], atol=1e-15)

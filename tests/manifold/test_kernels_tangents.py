@@ -56,6 +56,21 @@ def test_tangent_bases_far_away_are_those_of_the_nearest_centre(model):
     np.testing.assert_allclose(bases_at(model, x[None])[0], expected, atol=1e-10)
 
 
+@pytest.mark.parametrize("turned", [0.0, 0.1, 0.3, 2.0])
+def test_stand_in(model, turned):
+    """Rows turned by more and more away from the surface, of which those that lie across it are replaced."""
+    s = model.surface
+    nearest = model.rng.integers(0, len(s.rows), (40, 3))
+    rows = s.tangents[nearest[:, 0]] * s.radii[nearest[:, 0], None, None]
+    rows = rows + turned * model.rng.normal(size=rows.shape)
+    bases = np.array([twins.orthonormalise(row)[0] for row in rows])
+    expected = [twins.stand_in(s, j, basis) for j, basis in zip(nearest[:, 0], bases, strict=True)]
+    replaced = np.array([not np.array_equal(a, b) for a, b in zip(expected, bases, strict=True)])
+    assert replaced.any() == (turned > 0.2)
+    tangents.stand_in(s.charts, s.radii, nearest, np.empty(s.charts.shape[2]), bases)
+    np.testing.assert_allclose(bases, expected, atol=1e-12)
+
+
 @njit
 def all_falling(x, out):
     store(kernels.tangents.falling(load(x, 0)), out, 0)

@@ -12,6 +12,7 @@ from scipy.optimize import nnls
 
 BLENDED = 8
 REACH = 1.5
+ACROSS = 0.25
 STARTS = 4
 
 
@@ -36,6 +37,13 @@ def tangent_basis(field, x):
     square = ((x[:, None] - field.centres) ** 2).sum(0)
     weights = np.exp(-(square - square.min()) * field.precision)
     return orthonormalise(np.einsum("k,ack->ac", weights / weights.sum(), field.weights))
+
+
+def stand_in(surface, anchor, basis):
+    """Orthonormal rows, or the anchor's tangents where those lie across its surface."""
+    own = surface.tangents[anchor] * surface.radii[anchor]
+    lost = len(basis) - ((basis @ own.T) ** 2).sum()
+    return orthonormalise(own)[0] if lost > ACROSS else basis
 
 
 @cache
@@ -85,7 +93,7 @@ def displacement(surface, field, x):
     parts = np.array([anchor_displacement(surface, i, x) for i in order[:-1]])
     mean = weights @ parts
     spread = weights @ (parts**2).sum(1) - (mean**2).sum()
-    basis, _ = tangent_basis(field, x)
+    basis = stand_in(surface, order[0], tangent_basis(field, x)[0])
     return mean - basis.T @ (basis @ mean), basis, square[0], np.sqrt(max(spread, 0.0))
 
 

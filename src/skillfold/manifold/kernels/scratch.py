@@ -30,7 +30,7 @@ from skillfold.manifold.kernels.tabled import (
     dimension,
     surface_at,
 )
-from skillfold.manifold.kernels.tangents import remove_tangential, tangent_bases
+from skillfold.manifold.kernels.tangents import remove_tangential, stand_in, tangent_bases
 from skillfold.tables import (
     ENTRY,
     Array,
@@ -204,6 +204,7 @@ def evaluate_in(t: Indices, states: Array, s: Indices, whole: int) -> int:
         bases = reals_at(address(s, BASES), (n, along.size, normals.shape[1]))
         kernels = matrix(t, CENTRES), vector(t, PRECISION)[0], matrix(t, WEIGHTS)
         tangent_bases(*kernels, states, vector(s, FEATURES), row, bases)
+        stand_in(surface.charts, surface.radii, nearest, row, bases)
         remove_tangential(bases, normals, along)
     return 0
 

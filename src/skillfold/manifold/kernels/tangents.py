@@ -10,6 +10,9 @@ from skillfold.lanes import LANES, larger, load, smaller, spread, store
 from skillfold.manifold.kernels.small import orthonormalise
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+ACROSS = 0.25  # squared sines, summed over directions: the share of a displacement that is left each time
 
 
 @inner
@@ -72,6 +75,37 @@ def tangent_bases(
                 bases[i, a, c] = row[a * D + c]
         full_rank &= orthonormalise(bases[i])
     return full_rank
+
+
+@inlined
+def stand_in(charts: Array, radii: Array, nearest: Indices, row: Array, bases: Array) -> None:
+    """Orthonormal rows (n, d, D) that lie across the surface ← the tangents of the nearest anchor.
+
+    Where samples end, sums of a few kernels' weights may turn away from the surface by a right angle. Then what is
+    taken off a displacement along the ones is what leads back to the other, and no iteration gets there.
+
+    Args:
+        charts, radii: of the surface.
+        nearest: (n, …) anchors of each state, the nearest first.
+        row: (e,) memory.
+        bases: rows in place.
+    """
+    n, d, D = bases.shape
+    rows, e = charts.shape[1], charts.shape[2]
+    for i in range(n):
+        first, along = nearest[i, 0] * rows * e, 0.0
+        for a in range(d):
+            for b in range(0, e, LANES):
+                u = spread(0.0)
+                for c in range(D):
+                    u = u + load(charts, first + (1 + c) * e + b) * spread(bases[i, a, c])
+                store(u * u, row, 0)
+                along += row[0] + row[1] + row[2] + row[3]
+        if along * radii[nearest[i, 0]] ** 2 < d - ACROSS:
+            for a in range(d):
+                for c in range(D):
+                    bases[i, a, c] = charts[nearest[i, 0], 1 + c, a]
+            orthonormalise(bases[i])
 
 
 @inlined
