@@ -39,10 +39,17 @@ def test_stiffness_grows_with_the_distance_and_no_further():
     assert np.allclose(grown, [1600.0, 2400.0, 3200.0, 3200.0])
 
 
-def test_feedback(rng):
+@pytest.mark.parametrize("most", [np.inf, 100.0, 20.0])
+def test_feedback(rng, most):
     parts, out = 0.05 * rng.normal(size=(4, 5)), np.empty(5)
-    law.feedback(GAINS, *parts, out)
-    assert np.allclose(out, twins.feedback(GAINS, *parts))
+    law.feedback(GAINS, *parts, most, out)
+    assert np.allclose(out, twins.feedback(GAINS, *parts, most))
+
+
+def test_eased():
+    assert law.eased(1600.0, 80.0, 1000.0) == (1600.0, 80.0)
+    assert np.allclose(law.eased(1600.0, 80.0, 20.0), (100.0, 20.0))
+    assert np.allclose(law.eased(1600.0, 80.0, 20.0), twins.eased(1600.0, 80.0, 20.0))
 
 
 def test_bound(rng):
@@ -53,10 +60,11 @@ def test_bound(rng):
         assert np.allclose(vector, expected)
 
 
-def test_restrain(rng):
+@pytest.mark.parametrize("elapsed", [0.0, 0.001, 0.05])
+def test_restrain(rng, elapsed):
     for _ in range(200):
         q, qd, wanted = rng.uniform(-1.2, 1.2, 4), rng.normal(size=4), 100 * rng.normal(size=4)
         limits = np.full(4, -1.0), np.full(4, 1.0), np.full(4, 1.0), np.full(4, 5.0), np.full(4, 50.0)
         out = wanted.copy()
-        law.restrain(q, qd, *limits, out)
-        assert np.allclose(out, twins.restrain(q, qd, *limits, wanted))
+        law.restrain(q, qd, *limits, elapsed, out)
+        assert np.allclose(out, twins.restrain(q, qd, *limits, elapsed, wanted))

@@ -105,16 +105,16 @@ def test_a_foot_does_not_run_away(controller, arrays, sample, skill):
         assert skill.inside(foot) < 6.0
 
 
-def test_track(controller, arrays, sample, skill):
+@pytest.mark.parametrize("elapsed", [0.001, 0.04])
+def test_track(controller, arrays, sample, skill, elapsed):
     step.find_foot(controller._entries)
-    step.track(controller._entries)
+    step.track(controller._entries, elapsed)
     foot, (x, v, a) = skill.project(sample, near=sample), arrays[step.REFERENCE]
     tangents = skill.tangent(foot)
     off = np.eye(3) - tangents @ tangents.T
     along, rest = foot - x, arrays[step.QD] - v
-    wanted = twins.feedback(
-        arrays[step.GAINS], sample - foot, along - off @ along, off @ arrays[step.QD], rest - off @ rest
-    )
+    speeds = off @ arrays[step.QD], rest - off @ rest
+    wanted = twins.feedback(arrays[step.GAINS], sample - foot, along - off @ along, *speeds, 1.0 / elapsed)
     assert np.allclose(arrays[step.ACCELERATION], twins.bound(wanted, arrays[step.REACTION]) + a, atol=1e-3)
     memory = arrays[step.MEMORY]
     assert memory[step.DISTANCE] == pytest.approx(np.linalg.norm(sample - foot), abs=1e-6)
@@ -142,9 +142,9 @@ def test_look(controller, arrays, sample, planar):
 
 def test_respond(controller, arrays, sample, planar):
     arrays[step.ACCELERATION][:] = wanted = np.array([3.0, -4.0, 50.0])
-    step.respond(controller._entries)
+    step.respond(controller._entries, 0.001)
     limits = (arrays[slot] for slot in (step.LOWER, step.UPPER, step.VELOCITY, step.RISE, step.REACTION))
-    bounded = twins.restrain(sample, arrays[step.QD], *limits, wanted)
+    bounded = twins.restrain(sample, arrays[step.QD], *limits, 0.001, wanted)
     torque = planar.dynamics().torque(sample, arrays[step.QD], bounded)
     assert np.allclose(arrays[step.ACCELERATION], bounded)
     assert np.allclose(arrays[step.TORQUE], np.clip(torque, -planar.torque_limits, planar.torque_limits))
@@ -195,10 +195,10 @@ def test_answer(controller, arrays, sample, kind, target):
     else:
         step.advance(t, 0.002, target if kind == step.USED else 0.0)
     if kind == step.USED:
-        step.track(t)
+        step.track(t, 0.002)
     else:
         step.hold_still(t, kind == step.HELD)
-    step.respond(t)
+    step.respond(t, 0.002)
     if kind == step.USED:
         step.look(t)
     for slot in kept:

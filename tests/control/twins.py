@@ -62,17 +62,25 @@ def tangent_projector(kept, basis):
     return kept @ inner @ kept.T
 
 
-def feedback(gains, off, along, off_speed, along_speed):
+def eased(pull, calm, most):
+    """A spring with the same damping ratio, whose damping is no more than most."""
+    ratio = calm / (2 * np.sqrt(pull))
+    return ((min(calm, most) / (2 * ratio)) ** 2, min(calm, most))
+
+
+def feedback(gains, off, along, off_speed, along_speed, most):
     pull = gains[2] * (1 + (gains[4] - 1) * min(np.linalg.norm(off) / gains[5], 1))
-    return -gains[0] * along - gains[1] * along_speed - pull * off - 2 * gains[3] * np.sqrt(pull) * off_speed
+    (lead, drag), (pull, calm) = eased(*gains[:2], most), eased(pull, 2 * gains[3] * np.sqrt(pull), most)
+    return -lead * along - drag * along_speed - pull * off - calm * off_speed
 
 
 def bound(vector, limit):
     return vector * min(1.0, (limit / np.maximum(np.abs(vector), 1e-300)).min())
 
 
-def restrain(q, qd, lower, upper, velocity, rise, reaction, acceleration):
+def restrain(q, qd, lower, upper, velocity, rise, reaction, elapsed, acceleration):
+    quick = max(0.02, elapsed)
     top = np.minimum(velocity, np.sqrt(2 * rise * np.maximum(upper - q, 0)))
     bottom = -np.minimum(velocity, np.sqrt(2 * rise * np.maximum(q - lower, 0)))
-    most, least = np.maximum((top - qd) / 0.02, -reaction), np.minimum((bottom - qd) / 0.02, reaction)
+    most, least = np.maximum((top - qd) / quick, -reaction), np.minimum((bottom - qd) / quick, reaction)
     return np.clip(np.minimum(np.maximum(acceleration, least), most), -reaction, reaction)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from skillfold.robots.robot import Robot
 
 NOMINAL = 1e-3  # seconds between samples where their times tell nothing
-GAP = 0.05  # seconds between samples that are too many
+GAP = 0.055  # seconds between samples that are too many: at 20 Hz one may be a little late
 LATENCY = 0.03  # seconds that a plan is expected to take
 SPLICE = 0.15  # seconds, shortest, in which one reference leads over to the next
 AGAIN = 0.2  # seconds until a plan is asked for again

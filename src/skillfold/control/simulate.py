@@ -57,7 +57,7 @@ def simulate(
         tray: carried by the tool.
         noise: standard deviation [rad, m] of the positions that the controller sees; velocities get ten times as
             much.
-        step: of the controller and of the simulation [s].
+        step: of the controller [s]; the dynamics go on in steps of a millisecond at most.
 
     Raises:
         InputError: a floating base, an unknown body, no start, torques that are none, a run that becomes unstable.

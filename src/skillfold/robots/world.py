@@ -16,6 +16,7 @@ from skillfold.robots.tray import LOOSE_MASK, TUMBLER, Tray, add_tray
 from skillfold.tables import Array, Indices
 
 _WARNING = mujoco.mjtWarning
+FINE = 1e-3  # seconds, longest step of the dynamics
 
 if TYPE_CHECKING:
     from skillfold.robots.robot import Robot
@@ -35,7 +36,7 @@ class World:
     def __init__(
         self, robot: "Robot", scene: Any = None, tray: Tray | None = None, step: float = 1e-3, visual: bool = False
     ) -> None:
-        """Build it; `step` [s] of time, `visual` for shapes that only please the eye.
+        """Build it; `step` [s] of time between torques, `visual` for shapes that only please the eye.
 
         Raises:
             InputError: a robot whose base is free.
@@ -47,7 +48,8 @@ class World:
         self.robot, self.tray = robot, tray
         self.scene = scene if isinstance(scene, Scene) else Scene(() if scene is None else scene)
         self.model = compiled(_spec(robot, self.scene, tray, visual), robot.source)
-        _set_options(self.model, step)
+        self._steps = int(np.ceil(step / FINE - 1e-6))
+        _set_options(self.model, step / self._steps)
         self.data = mujoco.MjData(self.model)
         self.places: Indices = robot.joints.addresses
         self.dofs: Indices = self.model.jnt_dofadr[robot.joints.numbers].astype(np.int64)
@@ -89,9 +91,9 @@ class World:
             self.data.mocap_pos[number], self.data.mocap_quat[number] = pose[:3], pose[3:]
 
     def advance(self, torque: Array) -> None:
-        """One step of time under joint torques (D,)."""
+        """One step of time under joint torques (D,), which are held all the while."""
         self.data.qfrc_applied[self.dofs] = torque
-        mujoco.mj_step(self.model, self.data)
+        mujoco.mj_step(self.model, self.data, self._steps)
 
     @property
     def stable(self) -> bool:

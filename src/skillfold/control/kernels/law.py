@@ -49,18 +49,29 @@ def stiffness(base: float, most: float, reach: float, distance: float) -> float:
 
 
 @njit
-def feedback(gains: Array, off: Array, along: Array, off_speed: Array, along_speed: Array, out: Array) -> None:
+def eased(pull: float, calm: float, most: float) -> tuple[float, float]:
+    """ω² and 2ζω, the latter held to `most` with the same ζ."""
+    share = min(most / calm, 1.0)
+    return share * share * pull, share * calm
+
+
+@njit
+def feedback(
+    gains: Array, off: Array, along: Array, off_speed: Array, along_speed: Array, most: float, out: Array
+) -> None:
     """Acceleration (D,) against errors off and along the manifold and their velocities, all (D,).
 
-    Gains: ω² and 2ζω along, then ω², ζ, the most that it grows by, and the distance at which it has, off.
+    Gains: ω² and 2ζω along, then ω², ζ, the most that it grows by, and the distance at which it has, off. Neither
+    2ζω is larger than `most`: one over the time until the next answer, in which a velocity then dies at most.
     """
     square = 0.0
     for c in range(off.size):
         square += off[c] ** 2
     pull = stiffness(gains[2], gains[4], gains[5], math.sqrt(square))
-    calm = 2.0 * gains[3] * math.sqrt(pull)
+    pull, calm = eased(pull, 2.0 * gains[3] * math.sqrt(pull), most)
+    lead, drag = eased(gains[0], gains[1], most)
     for c in range(off.size):
-        out[c] = -gains[0] * along[c] - gains[1] * along_speed[c] - pull * off[c] - calm * off_speed[c]
+        out[c] = -lead * along[c] - drag * along_speed[c] - pull * off[c] - calm * off_speed[c]
 
 
 @njit
@@ -76,15 +87,24 @@ def bound(vector: Array, limit: Array) -> None:
 
 @njit
 def restrain(
-    q: Array, qd: Array, lower: Array, upper: Array, velocity: Array, rise: Array, reaction: Array, out: Array
+    q: Array,
+    qd: Array,
+    lower: Array,
+    upper: Array,
+    velocity: Array,
+    rise: Array,
+    reaction: Array,
+    elapsed: float,
+    out: Array,
 ) -> None:
     """Bound an acceleration (D,) so that velocities keep their limit, and let a stop before the ends of the range.
 
-    All (D,); `rise` is what braking may take, `reaction` the most there is.
+    All (D,); `rise` is what braking may take, `reaction` the most there is; `elapsed` [s] between answers.
     """
+    quick = max(QUICK, elapsed)
     for c in range(q.size):
         top = min(velocity[c], math.sqrt(2.0 * rise[c] * max(upper[c] - q[c], 0.0)))
         bottom = min(velocity[c], math.sqrt(2.0 * rise[c] * max(q[c] - lower[c], 0.0)))
-        most = max((top - qd[c]) / QUICK, -reaction[c])
-        least = min((-bottom - qd[c]) / QUICK, reaction[c])
+        most = max((top - qd[c]) / quick, -reaction[c])
+        least = min((-bottom - qd[c]) / quick, reaction[c])
         out[c] = min(max(min(max(out[c], least), most), -reaction[c]), reaction[c])

@@ -146,8 +146,8 @@ def find_foot(t: Indices) -> None:
 
 
 @njit
-def track(t: Indices) -> None:
-    """Acceleration toward the reference along the manifold, and toward the foot off it."""
+def track(t: Indices, elapsed: float) -> None:
+    """Acceleration toward the reference along the manifold, and toward the foot off it, held for about `elapsed`."""
     q, qd, foot, reference = vector(t, Q), vector(t, QD), vector(t, FOOT), matrix(t, REFERENCE)
     memory, work, kept, out = vector(t, MEMORY), matrix(t, WORK), matrix(t, KEPT), vector(t, ACCELERATION)
     basis = matrix(t, BASIS)
@@ -167,7 +167,8 @@ def track(t: Indices) -> None:
     for c in range(q.size):
         along_speed[c] -= rest[c]
     memory[DISTANCE], memory[DEVIATION] = math.sqrt(distance), math.sqrt(deviation)
-    feedback(vector(t, GAINS), off, along, off_speed, along_speed, out)
+    most = 1.0 / elapsed if elapsed > 0.0 else math.inf
+    feedback(vector(t, GAINS), off, along, off_speed, along_speed, most, out)
     bound(out, vector(t, REACTION))
     for c in range(q.size):
         out[c] += reference[2, c]
@@ -194,13 +195,12 @@ def look(t: Indices) -> None:
 
 
 @njit
-def respond(t: Indices) -> None:
+def respond(t: Indices, elapsed: float) -> None:
     """Bound the acceleration, and answer it with a torque (D,) within its limits; NaN without dynamics."""
     q, qd, out, torque = vector(t, Q), vector(t, QD), vector(t, ACCELERATION), vector(t, TORQUE)
     effort, where = vector(t, EFFORT), indices(t, FUNCTIONS)[0]
-    restrain(
-        q, qd, vector(t, LOWER), vector(t, UPPER), vector(t, VELOCITY), vector(t, RISE), vector(t, REACTION), out
-    )
+    ends, reaction = (vector(t, LOWER), vector(t, UPPER)), vector(t, REACTION)
+    restrain(q, qd, *ends, vector(t, VELOCITY), vector(t, RISE), reaction, elapsed, out)
     if where == 0:
         torque[:] = math.nan
         return
@@ -258,9 +258,9 @@ def answer(t: Indices, elapsed: float, target: float, kind: int) -> None:
     else:
         advance(t, elapsed, target if kind == USED else 0.0)
     if kind == USED:
-        track(t)
+        track(t, elapsed)
     else:
         hold_still(t, kind == HELD)
-    respond(t)
+    respond(t, elapsed)
     if kind == USED and indices(t, FUNCTIONS)[1] != 0:
         look(t)
