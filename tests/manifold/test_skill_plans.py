@@ -13,7 +13,7 @@ from skillfold.experiments.three_link import REACHING, forward, optimal
 from skillfold.manifold.projection import OnManifold
 
 
-@pytest.mark.parametrize("count", [400, 2050, 3000])
+@pytest.mark.parametrize("count", [400, 2050, 3000, 6000])
 def test_inside_is_calibrated_on_held_out_samples(count):
     """One is the 95 % quantile: of new samples of the same kind about one in twenty lies beyond.
 
@@ -37,6 +37,18 @@ def test_inside_is_calibrated_where_noise_is_wider_than_samples_lie_apart(count)
     skill = fit(noisy_circle(count), 1)
     share = (skill.inside(noisy_circle(2000)) > 1).mean()
     assert 0.02 < share < 0.1
+
+
+def test_the_tolerance_holds_where_anchors_are_fewer_than_samples():
+    """Around the nearest anchor a surface is farther off than around the nearest of many samples."""
+    rng = np.random.default_rng(5)
+
+    def helix(n):
+        turn = rng.uniform(0.0, 5.0, n)
+        return np.column_stack([np.cos(turn), np.sin(turn), 0.2 * turn])
+
+    skill = fit(helix(6000), 1)
+    assert 0.9 < skill.contains(helix(2000)).mean() < 0.99
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -5,37 +5,29 @@ from typing import Any
 
 import numpy as np
 from joblib import effective_n_jobs
-from scipy.spatial import KDTree
 
 from skillfold.errors import InputError
 from skillfold.manifold.anchors import LocalSurfaces
+from skillfold.manifold.calibration import HALF_WAY, POOL, calibrate
 from skillfold.manifold.free import split_directions
-from skillfold.manifold.graph import Graph, align_frames, build_graph
+from skillfold.manifold.graph import align_frames, build_graph
 from skillfold.manifold.inputs import amount, seed_of, whole
-from skillfold.manifold.kernels.judging import displacements
-from skillfold.manifold.kernels.scratch import evaluator
-from skillfold.manifold.kernels.surface import Field, Surface, Trust
-from skillfold.manifold.kernels.tabled import tabled
-from skillfold.manifold.model import Model, as_maps, build_surface, trust_in
+from skillfold.manifold.kernels.surface import Field, Surface
+from skillfold.manifold.model import Model, as_maps, build_surface
 from skillfold.manifold.polynomials import monomials
 from skillfold.manifold.samples import SPARE, crowds, told_apart
 from skillfold.manifold.selection import choose_field
-from skillfold.manifold.shapes import LARGEST, Chosen, Progress, choose_shapes, spread_out
+from skillfold.manifold.shapes import LARGEST, Progress, choose_shapes, spread_out
 from skillfold.manifold.smoothing import denoised
 from skillfold.manifold.table import Selection
 from skillfold.manifold.tangent import TangentField, train
-from skillfold.manifold.threads import in_parts
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 MOST_ANCHORS = 2000
 LEAST, PER_ANCHOR = 4, 10  # times the samples per anchor: neighbourhoods tried, where samples are many
-HALF_WAY = 0.45  # of a stride from anchor to anchor: as near are nine of ten places along it
 EDGES = 2000  # that the field is trained on
-QUANTILE = 0.95
-NO_DOUBT = 1e-3  # rms radii: disagreement between anchors that is never a reason for doubt
-CAP = 0.5  # rms radii: longest step of a projection, if no local surface is smaller
 WORKERS = 4096  # that one may ask for; negative numbers count down from the cores, as in joblib
 
 
@@ -139,11 +131,9 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     trials += more
     progress("training the tangent field", 0.0)
     field = train(features, anchors, edges, frames, ridge)
-    tolerance, spacing = _calibrate(inner, anchors, judged, graph)
-    surface, kernel_field = (
-        _kernel_surface(anchors, local, judged.degree, threads),
-        _kernel_field(field),
-    )
+    surface, kernel_field = _kernel_surface(anchors, local, judged.degree, threads), _kernel_field(field)
+    stride = graph.stride(len(anchors))
+    tolerance, trust = calibrate(surface, kernel_field, inner, chosen, judged, stride, options.seed, threads)
     model = Model(
         surface=surface,
         field=kernel_field,
@@ -153,9 +143,9 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
         free=np.ascontiguousarray(split.free),
         free_extent=np.abs(outer @ split.free).max(0) * scale,
         edges=graph.edges,
-        step=max(graph.median, HALF_WAY * graph.stride(len(anchors))),
+        step=max(graph.median, HALF_WAY * stride),
         tolerance=tolerance,
-        trust=_trust(surface, kernel_field, spacing, threads),
+        trust=trust,
     )
     progress("training the tangent field", 1.0)
     normals = max(1, inner.shape[1] - dim)
@@ -175,7 +165,7 @@ def _anchor_choice(inner: Array, seed: int) -> Indices:
     """All samples, or so many that lie far from each other."""
     if len(inner) <= MOST_ANCHORS:
         return np.arange(len(inner))
-    pool = spread_out(len(inner), 10 * MOST_ANCHORS, seed)
+    pool = spread_out(len(inner), POOL, seed)
     points = inner[pool]
     chosen = np.zeros(MOST_ANCHORS, dtype=np.int64)
     distance = ((points - points[0]) ** 2).sum(1)
@@ -210,32 +200,3 @@ def _kernel_field(field: TangentField) -> Field:
         1.0 / (2.0 * field.features.width**2),
         np.ascontiguousarray(np.swapaxes(field.weights, 1, 2)),
     )
-
-
-def _trust(surface: Surface, field: Field, spacing: float, jobs: int) -> Trust:
-    """Anchors may disagree as they usually do at the demonstrations, or by next to nothing of the skill's size."""
-    inner = len(surface.points)
-    table = tabled(surface, field, np.zeros(inner), np.eye(inner), 1.0, evaluator())
-
-    def doubts(part: slice) -> Array:
-        return displacements(table.entries, surface.rows[part], np.inf)[2]
-
-    found = np.concatenate(in_parts(doubts, len(surface.rows), jobs))
-    usual = max(float(np.median(found)), NO_DOUBT)
-    return trust_in(spacing, usual, min(CAP, float(np.median(surface.radii))), found <= usual)
-
-
-def _calibrate(inner: Array, anchors: Array, judged: Chosen, graph: Graph) -> tuple[float, float]:
-    """95 % quantiles of held-out residuals and of held-out distances to the nearest anchor.
-
-    A left-out sample that is an anchor itself is no nearer to the others than to the nearest sample, nor than its own
-    noise lets it be: anchors have none. Half-way between anchors that follow each other is no farther out than usual,
-    however near each has a twin.
-    """
-    left_out = inner[judged.left_out]
-    spacing = np.linalg.norm(inner[judged.nearest] - left_out, axis=1)
-    other = 1 if len(anchors) < len(inner) else 2  # where each sample has an anchor, one is its own
-    away = np.asarray(KDTree(anchors).query(left_out, other)[0]).reshape(len(left_out), other)
-    spacing = np.maximum(spacing, away[:, -1])
-    tolerance = float(np.sqrt(np.quantile(judged.squares, QUANTILE)))
-    return tolerance, max(float(np.quantile(spacing, QUANTILE)), HALF_WAY * graph.stride(len(anchors)))
