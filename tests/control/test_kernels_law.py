@@ -60,11 +60,11 @@ def test_bound(rng):
         assert np.allclose(vector, expected)
 
 
-@pytest.mark.parametrize("elapsed", [0.0, 0.001, 0.05])
-def test_restrain(rng, elapsed):
+@pytest.mark.parametrize("interval", [0.0, 0.001, 0.05])
+def test_restrain(rng, interval):
     for _ in range(200):
         q, qd, wanted = rng.uniform(-1.2, 1.2, 4), rng.normal(size=4), 100 * rng.normal(size=4)
         limits = np.full(4, -1.0), np.full(4, 1.0), np.full(4, 1.0), np.full(4, 5.0), np.full(4, 50.0)
         out = wanted.copy()
-        law.restrain(q, qd, *limits, elapsed, out)
-        assert np.allclose(out, twins.restrain(q, qd, *limits, elapsed, wanted))
+        law.restrain(q, qd, *limits, interval, out)
+        assert np.allclose(out, twins.restrain(q, qd, *limits, interval, wanted))

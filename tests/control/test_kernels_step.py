@@ -108,7 +108,8 @@ def test_a_foot_does_not_run_away(controller, arrays, sample, skill):
 @pytest.mark.parametrize("elapsed", [0.001, 0.04])
 def test_track(controller, arrays, sample, skill, elapsed):
     step.find_foot(controller._entries)
-    step.track(controller._entries, elapsed)
+    arrays[step.MEMORY][step.INTERVAL] = elapsed
+    step.track(controller._entries)
     foot, (x, v, a) = skill.project(sample, near=sample), arrays[step.REFERENCE]
     tangents = skill.tangent(foot)
     off = np.eye(3) - tangents @ tangents.T
@@ -142,7 +143,8 @@ def test_look(controller, arrays, sample, planar):
 
 def test_respond(controller, arrays, sample, planar):
     arrays[step.ACCELERATION][:] = wanted = np.array([3.0, -4.0, 50.0])
-    step.respond(controller._entries, 0.001)
+    arrays[step.MEMORY][step.INTERVAL] = 0.001
+    step.respond(controller._entries)
     limits = (arrays[slot] for slot in (step.LOWER, step.UPPER, step.VELOCITY, step.RISE, step.REACTION))
     bounded = twins.restrain(sample, arrays[step.QD], *limits, 0.001, wanted)
     torque = planar.dynamics().torque(sample, arrays[step.QD], bounded)
@@ -150,11 +152,20 @@ def test_respond(controller, arrays, sample, planar):
     assert np.allclose(arrays[step.TORQUE], np.clip(torque, -planar.torque_limits, planar.torque_limits))
 
 
-def test_hold_still(controller, arrays, sample):
+def test_most_damping(controller, arrays):
+    for interval, wanted in ((0.0, np.inf), (0.02, 50.0)):
+        arrays[step.MEMORY][step.INTERVAL] = interval
+        assert step.most_damping(controller._entries) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("interval", [0.001, 0.2])
+def test_hold_still(controller, arrays, sample, interval):
     t, gain = controller._entries, arrays[step.GAINS][6]
     arrays[step.GOOD][:] = sample - 0.01
+    arrays[step.MEMORY][step.INTERVAL] = interval
     step.hold_still(t, True)
-    wanted = -gain * (gain * 0.01 + 2 * arrays[step.QD])
+    pull, calm = twins.eased(gain**2, 2 * gain, 1 / interval)
+    wanted = -pull * 0.01 - calm * arrays[step.QD]
     assert np.allclose(arrays[step.ACCELERATION], twins.bound(wanted, arrays[step.RISE]))
     step.hold_still(t, False)
     assert np.array_equal(arrays[step.Q], arrays[step.GOOD]) and not arrays[step.ACCELERATION].any()
@@ -195,10 +206,10 @@ def test_answer(controller, arrays, sample, kind, target):
     else:
         step.advance(t, 0.002, target if kind == step.USED else 0.0)
     if kind == step.USED:
-        step.track(t, 0.002)
+        step.track(t)
     else:
         step.hold_still(t, kind == step.HELD)
-    step.respond(t, 0.002)
+    step.respond(t)
     if kind == step.USED:
         step.look(t)
     for slot in kept:

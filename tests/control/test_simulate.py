@@ -28,6 +28,25 @@ def test_pushed_it_recovers_and_reaches_the_goal(pushed, plan, skill, planar):
     assert len(pushed) == len(pushed.trajectory.times)
 
 
+@pytest.mark.parametrize("rate", [200.0, 50.0, 20.0])
+def test_at_slow_rates_it_recovers_too(rate, skill, plan, planar):
+    """Gains are eased to what so many samples a second allow."""
+    controller = sf.ReactiveController(skill, plan, robot=planar, latency=0.03)
+    rollout = sf.simulate(planar, controller, pushes=[SHOVE], step=1.0 / rate)
+    assert rollout.count("holding") == 0
+    assert np.linalg.norm(rollout.states[-1] - plan.path.states[-1]) < 0.06
+    assert np.abs(rollout.velocities[-1]).max() < 0.1
+    assert skill.distance(rollout.states[-1]) < 5e-3
+
+
+def test_samples_too_far_apart_are_held_still(skill, plan, planar):
+    """At ten a second, with a push: it does not go on, and does not swing either."""
+    controller = sf.ReactiveController(skill, plan, robot=planar, latency=0.03)
+    rollout = sf.simulate(planar, controller, pushes=[SHOVE], step=0.1, duration=10.0)
+    assert rollout.count("holding") >= len(rollout) - 1
+    assert np.abs(rollout.velocities[-1]).max() < 0.01
+
+
 def test_the_same_seed_gives_the_same_bits(skill, plan, planar):
     def once(seed):
         controller = sf.ReactiveController(skill, plan, robot=planar, latency=0.03)

@@ -78,8 +78,8 @@ def bound(vector, limit):
     return vector * min(1.0, (limit / np.maximum(np.abs(vector), 1e-300)).min())
 
 
-def restrain(q, qd, lower, upper, velocity, rise, reaction, elapsed, acceleration):
-    quick = max(0.02, elapsed)
+def restrain(q, qd, lower, upper, velocity, rise, reaction, interval, acceleration):
+    quick = max(0.02, interval)
     top = np.minimum(velocity, np.sqrt(2 * rise * np.maximum(upper - q, 0)))
     bottom = -np.minimum(velocity, np.sqrt(2 * rise * np.maximum(q - lower, 0)))
     most, least = np.maximum((top - qd) / quick, -reaction), np.minimum((bottom - qd) / quick, reaction)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from skillfold.robots.robot import Robot
 
 NOMINAL = 1e-3  # seconds between samples where their times tell nothing
+SLOWEST = 1.0  # seconds between samples for which gains are eased, at most
 GAP = 0.055  # seconds between samples that are too many: at 20 Hz one may be a little late
 LATENCY = 0.03  # seconds that a plan is expected to take
 SPLICE = 0.15  # seconds, shortest, in which one reference leads over to the next
@@ -196,6 +197,8 @@ class ReactiveController:
         if last is None:
             return 0.0, False
         elapsed = time - last
+        if elapsed > 0.0:
+            self._memory[at.INTERVAL] = min(elapsed, SLOWEST)
         return (elapsed, False) if 0.0 <= elapsed <= GAP else (NOMINAL, True)
 
     def _read(self, q: Any, qd: Any) -> bool:

@@ -94,14 +94,14 @@ def restrain(
     velocity: Array,
     rise: Array,
     reaction: Array,
-    elapsed: float,
+    interval: float,
     out: Array,
 ) -> None:
     """Bound an acceleration (D,) so that velocities keep their limit, and let a stop before the ends of the range.
 
-    All (D,); `rise` is what braking may take, `reaction` the most there is; `elapsed` [s] between answers.
+    All (D,); `rise` is what braking may take, `reaction` the most there is; `interval` [s] between answers.
     """
-    quick = max(QUICK, elapsed)
+    quick = max(QUICK, interval)
     for c in range(q.size):
         top = min(velocity[c], math.sqrt(2.0 * rise[c] * max(upper[c] - q[c], 0.0)))
         bottom = min(velocity[c], math.sqrt(2.0 * rise[c] * max(q[c] - lower[c], 0.0)))

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from skillfold.control.kernels.law import across, bound, feedback, restrain
+from skillfold.control.kernels.law import across, bound, eased, feedback, restrain
 from skillfold.control.kernels.reference import evaluate
 from skillfold.jit import function_at, njit
 from skillfold.manifold.kernels.newton import descend
@@ -45,7 +45,8 @@ STEP, DURATION = 4, 5  # seconds
 SCAN, SWEEP, BLOCKED, HORIZON, KEEP = 6, 7, 8, 9, 10  # knot next to look at; phases [s]; clearance that blocks
 CLEARANCE, DISTANCE, DEVIATION = 11, 12, 13  # of the last usable sample
 STRANGE, LEAP, FASTEST = 14, 15, 16  # samples refused in a row; what may lie between two; velocity of no robot
-CELLS = 17
+INTERVAL = 17  # seconds between the last two samples
+CELLS = 18
 
 PATIENCE = 20.0  # samples that agree with each other are believed after all
 LOOKS = 3  # knots looked at in a step
@@ -73,7 +74,7 @@ def usable(t: Indices, elapsed: float) -> bool:
     for c in range(q.size):
         if turning[c] > 0.0:
             q[c] -= 2.0 * math.pi * np.round((q[c] - reference[0, c]) / (2.0 * math.pi))
-        leap = memory[LEAP] + 2.0 * abs(qd[c]) * elapsed
+        leap = memory[LEAP] + 2.0 * abs(qd[c]) * max(elapsed, memory[INTERVAL])
         near &= abs(q[c] - seen[c]) <= leap
         steady &= abs(q[c] - last[c]) <= leap
         total += abs(q[c]) if abs(qd[c]) < memory[FASTEST] else math.inf
@@ -146,8 +147,15 @@ def find_foot(t: Indices) -> None:
 
 
 @njit
-def track(t: Indices, elapsed: float) -> None:
-    """Acceleration toward the reference along the manifold, and toward the foot off it, held for about `elapsed`."""
+def most_damping(t: Indices) -> float:
+    """2ζω [1/s] with which a velocity dies until the next sample, which will take as long as the last."""
+    interval = vector(t, MEMORY)[INTERVAL]
+    return 1.0 / interval if interval > 0.0 else math.inf
+
+
+@njit
+def track(t: Indices) -> None:
+    """Acceleration toward the reference along the manifold, and toward the foot off it."""
     q, qd, foot, reference = vector(t, Q), vector(t, QD), vector(t, FOOT), matrix(t, REFERENCE)
     memory, work, kept, out = vector(t, MEMORY), matrix(t, WORK), matrix(t, KEPT), vector(t, ACCELERATION)
     basis = matrix(t, BASIS)
@@ -167,8 +175,7 @@ def track(t: Indices, elapsed: float) -> None:
     for c in range(q.size):
         along_speed[c] -= rest[c]
     memory[DISTANCE], memory[DEVIATION] = math.sqrt(distance), math.sqrt(deviation)
-    most = 1.0 / elapsed if elapsed > 0.0 else math.inf
-    feedback(vector(t, GAINS), off, along, off_speed, along_speed, most, out)
+    feedback(vector(t, GAINS), off, along, off_speed, along_speed, most_damping(t), out)
     bound(out, vector(t, REACTION))
     for c in range(q.size):
         out[c] += reference[2, c]
@@ -195,12 +202,12 @@ def look(t: Indices) -> None:
 
 
 @njit
-def respond(t: Indices, elapsed: float) -> None:
+def respond(t: Indices) -> None:
     """Bound the acceleration, and answer it with a torque (D,) within its limits; NaN without dynamics."""
     q, qd, out, torque = vector(t, Q), vector(t, QD), vector(t, ACCELERATION), vector(t, TORQUE)
     effort, where = vector(t, EFFORT), indices(t, FUNCTIONS)[0]
-    ends, reaction = (vector(t, LOWER), vector(t, UPPER)), vector(t, REACTION)
-    restrain(q, qd, *ends, vector(t, VELOCITY), vector(t, RISE), reaction, elapsed, out)
+    ends, reaction, interval = (vector(t, LOWER), vector(t, UPPER)), vector(t, REACTION), vector(t, MEMORY)[INTERVAL]
+    restrain(q, qd, *ends, vector(t, VELOCITY), vector(t, RISE), reaction, interval, out)
     if where == 0:
         torque[:] = math.nan
         return
@@ -215,10 +222,11 @@ def hold_still(t: Indices, known: bool) -> None:
     """Acceleration back to the last good state, damped; none where not even the state is known."""
     q, qd, good, out = vector(t, Q), vector(t, QD), vector(t, GOOD), vector(t, ACCELERATION)
     stiff = vector(t, GAINS)[6]
+    pull, calm = eased(stiff * stiff, 2.0 * stiff, most_damping(t))
     for c in range(q.size):
         if not known:
             q[c], qd[c] = good[c], 0.0
-        out[c] = -stiff * (stiff * (q[c] - good[c]) + 2.0 * qd[c])
+        out[c] = -pull * (q[c] - good[c]) - calm * qd[c]
     bound(out, vector(t, RISE))
 
 
@@ -258,9 +266,9 @@ def answer(t: Indices, elapsed: float, target: float, kind: int) -> None:
     else:
         advance(t, elapsed, target if kind == USED else 0.0)
     if kind == USED:
-        track(t, elapsed)
+        track(t)
     else:
         hold_still(t, kind == HELD)
-    respond(t, elapsed)
+    respond(t)
     if kind == USED and indices(t, FUNCTIONS)[1] != 0:
         look(t)
