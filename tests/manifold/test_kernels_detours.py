@@ -81,23 +81,39 @@ def test_bend_once_again_and_again(terrain, cap):
             assert not b.force.any()
 
 
+def bent(terrain, path, limit, spacing):
+    capacity, land = terrain.compiled.capacity, terrain.land
+    table, barrier, margin = terrain.model.table, terrain.barrier, terrain.margin
+    return detours.bend_clear(table, land.chart, barrier, path, margin, capacity, CAP, 1e-3, limit, spacing)
+
+
+@pytest.mark.parametrize(("n", "limit"), [(5, 1), (9, 1)])
+def test_bend_clear_within_the_edge(terrain, n, limit):
+    """Paths that lead out are pulled back; those that do not are left alone."""
+    held, spacing = 0, 0.05
+    for _ in range(6):
+        path = terrain.blocked_path(n)
+        path[1:-1, :2] += 0.6  # out of the anchors' reach, which is about one
+        hold = twins.Hold(terrain.land, path, spacing)
+        wanted, iterations, moved = twins.bend_clear(terrain.land, path, terrain.margin, CAP, 1e-3, limit, hold)
+        found = path.copy()
+        told = bent(terrain, found, limit, spacing)
+        if told == (0, 0.0):
+            np.testing.assert_array_equal(found, path)
+            continue
+        held += 1
+        assert told == (iterations, pytest.approx(moved, abs=1e-3))
+        np.testing.assert_allclose(found, wanted, atol=1e-3)
+    assert held > 0
+
+
 @pytest.mark.parametrize(("n", "limit"), [(3, 1), (9, 1), (9, 2), (14, 6)])
 def test_bend_clear(terrain, n, limit):
     for _ in range(3):
         path = terrain.blocked_path(n)
         wanted, iterations, moved = twins.bend_clear(terrain.land, path, terrain.margin, CAP, 1e-3, limit)
         found = path.copy()
-        told = detours.bend_clear(
-            terrain.model.table,
-            terrain.land.chart,
-            terrain.barrier,
-            found,
-            terrain.margin,
-            terrain.compiled.capacity,
-            CAP,
-            1e-3,
-            limit,
-        )
+        told = bent(terrain, found, limit, 0.0)
         assert told == (iterations, pytest.approx(moved, abs=1e-7))
         np.testing.assert_allclose(found, wanted, atol=1e-7)
         np.testing.assert_array_equal(found[[0, -1]], path[[0, -1]])

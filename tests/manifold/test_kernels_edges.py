@@ -95,7 +95,7 @@ def test_offset_by(model):
 def test_is_within(model):
     states, short = model.states(12, 0.5), 0.01
     scratch = evaluated(model, states)
-    look = edges.make_look(scratch)
+    look = edges.make_look(scratch, scratch.bases.shape[1])
     for i, state in enumerate(states):
         way = twins.way_in(model.surface, model.field, state)
         within = edges.is_within(state, i, short, scratch, look)

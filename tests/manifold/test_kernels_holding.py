@@ -6,14 +6,13 @@ import pytest
 
 from manifold import twins
 from manifold.clouds import bay
-from manifold.kernels import edges, evaluated, geodesic, holding, relax, scratch_memory
+from manifold.kernels import evaluated, geodesic, holding, relax, scratch_memory
 from manifold.random_models import SHAPES, random_model
 from skillfold.manifold.kernels import geodesic as compiled
 from skillfold.manifold.kernels.holding import pull_back
 from skillfold.manifold.skill import SkillManifold
 
 ALLOWED, STIFFNESS = 0.02, 3.0
-DIFFERENCE = 1e-6
 
 
 @pytest.fixture(params=SHAPES, ids=str, scope="module")
@@ -22,18 +21,16 @@ def model(request):
 
 
 def edge_of(scratch, n):
-    look, d = edges.make_look(scratch), scratch.bases.shape[1]
-    around = np.empty((n, len(look.around)), np.int64)
-    return holding.Edge(
-        around, ALLOWED, STIFFNESS, look.offsets, look.inward, look.carrying, np.empty((d, d)), look.squares
-    )
+    return holding.make_edge(ALLOWED, n, 1.0, 1.0, scratch, scratch.bases.shape[1])._replace(stiffness=STIFFNESS)
 
 
-def pull(offsets):
-    """Minus the slope of the penalty on the distance of the origin from the hull of points (k, d)."""
-    inward = twins.nearest_in_hull(offsets)
-    away = np.linalg.norm(inward)
-    return STIFFNESS * max(1.0 - ALLOWED / max(away, 1e-300), 0.0) * inward
+def test_make_edge(model):
+    scratch = scratch_memory.make_scratch(model.table, 4)
+    edge = holding.make_edge(ALLOWED, 7, 0.02, 0.5, scratch, 3)
+    known = min(12 + 4 * 3, len(model.surface.rows))
+    assert edge.allowed == ALLOWED
+    assert edge.stiffness == pytest.approx((0.02 / (0.1 * 0.5)) ** 2)
+    assert (edge.around.shape, edge.offsets.shape, edge.face.shape) == ((7, known), (known, 3), (3, 3))
 
 
 def test_pull_back(model):
@@ -46,11 +43,9 @@ def test_pull_back(model):
     for i in range(1, n - 1):
         np.testing.assert_array_equal(edge.around[i], twins.anchors_around(model.surface, path[i], d))
         offsets = (model.surface.rows[edge.around[i]] - path[i]) @ scratch.bases[i].T
-        np.testing.assert_allclose(force[i], pull(offsets), atol=1e-7)
-        slopes = [
-            (pull(offsets - DIFFERENCE * e) - pull(offsets + DIFFERENCE * e)) / (2.0 * DIFFERENCE) for e in np.eye(d)
-        ]
-        np.testing.assert_allclose(stiffness[i], -np.array(slopes), atol=1e-3)
+        expected, slope = twins.pull_and_slope(offsets, ALLOWED, STIFFNESS)
+        np.testing.assert_allclose(force[i], expected, atol=1e-7)
+        np.testing.assert_allclose(stiffness[i], slope, atol=1e-3)
     kept = edge.around.copy()
     holding.pull_back(edge, 1, path[::-1].copy(), scratch.bases[::-1].copy(), scratch, stiffness, force)
     np.testing.assert_array_equal(edge.around, kept)

@@ -67,6 +67,19 @@ def off_sphere(states):
     return np.abs(np.linalg.norm(states, axis=1) - 1.0)
 
 
+@pytest.mark.parametrize("place", [[5.0, 5.0, 5.0], [0.0, 0.3, 0.0], [0.0, -0.5, 0.0]])
+def test_among_obstacles_the_way_leads_along_the_edge_too(place):
+    """Around a bay that nobody crossed, whether what stands there is far off, in the bay or ashore."""
+    land = fit(clouds.bay(300, 1), 2)
+    ends = np.array([[-0.8, 0.3, -0.072], [0.8, 0.3, 0.072]])
+    plan = land.plan(*ends, obstacles=PointObstacles([place], 0.15))
+    assert plan.success
+    assert plan.stats["check"].outside < 1.8
+    across = land.plan(*ends).stats["check"].outside
+    assert across < 1.8
+    assert ("held within the edge" in plan.reason) == (plan.stats["methods"] == ("geodesic",))
+
+
 @pytest.mark.parametrize("reach", [0.1, 0.4])
 @pytest.mark.parametrize("method", METHODS)
 def test_around_a_disc_on_a_sphere(sphere, ends, method, reach):

@@ -172,6 +172,19 @@ def anchors_around(surface, point, dim):
     return np.argsort(((surface.points.T - point) ** 2).sum(1), kind="stable")[: 12 + 4 * dim]
 
 
+def pull(offsets, allowed, stiffness):
+    """Minus the slope of stiffness / 2 max(s - allowed, 0)² on the distance s of the origin from a hull (k, d)."""
+    inward = nearest_in_hull(offsets)
+    return stiffness * max(1.0 - allowed / max(np.linalg.norm(inward), 1e-300), 0.0) * inward
+
+
+def pull_and_slope(offsets, allowed, stiffness, difference=1e-6):
+    """The same, and how it changes with the origin, its sign turned: (d,) and (d, d)."""
+    moves = difference * np.eye(offsets.shape[1])
+    slopes = [pull(offsets - e, allowed, stiffness) - pull(offsets + e, allowed, stiffness) for e in moves]
+    return pull(offsets, allowed, stiffness), -np.array(slopes) / (2.0 * difference)
+
+
 def way_in(surface, field, point, seen_from=None):
     """From a point to the hull of the anchors around, along the tangents there or at another state; (d,)."""
     _, basis, _, _ = displacement(surface, field, point if seen_from is None else seen_from)

@@ -275,14 +275,41 @@ def iterate(step, path, D, tolerance, limit):
     return path, iteration, moved
 
 
-def bend_clear(land, path, margin, cap, tolerance, limit):
+class Hold:
+    """What pulls a path back to the edge of the demonstrations; anchors around are looked up in some steps alone."""
+
+    def __init__(self, land, path, spacing):
+        self.rows, self.iteration, kept = land.surface.points.T, 0, len(land.surface.points)
+        ways = [
+            np.linalg.norm(twins.way_in(land.surface, land.field, path[i, :kept], path[j, :kept]))
+            for i, j in ((0, 1), (-1, -2))
+        ]
+        self.allowed = max(0.02 * spacing, *(1.5 * way for way in ways))
+        step = np.linalg.norm(np.diff(path, axis=0), axis=1).mean()
+        self.stiffness = (step / (0.1 * spacing)) ** 2
+
+    def __call__(self, path, tangents):
+        """Stiffness (n, d, d) and force (n, d)."""
+        (n, d, _), kept = tangents.shape, self.rows.shape[1]
+        if self.iteration % 4 == 0 and self.iteration < 12:
+            points = path[:, :kept]
+            self.around = [np.argsort(((self.rows - x) ** 2).sum(1), kind="stable")[: 12 + 4 * d] for x in points]
+        self.iteration += 1
+        stiffness, force = np.zeros((n, d, d)), np.zeros((n, d))
+        for i in range(1, n - 1):
+            offsets = (self.rows[self.around[i]] - path[i, :kept]) @ tangents[i, :, :kept].T
+            force[i], stiffness[i] = twins.pull_and_slope(offsets, self.allowed, self.stiffness)
+        return stiffness, force
+
+
+def bend_clear(land, path, margin, cap, tolerance, limit, hold=None):
     n, D = path.shape
 
     def step(path, memory):
         normals, tangents = frames(land, path)
         normals[[0, -1]] = 0.0
         d = tangents.shape[1]
-        springs = np.zeros((n, d, d)), np.zeros((n, d))
+        springs = (np.zeros((n, d, d)), np.zeros((n, d))) if hold is None else hold(path, tangents)
         return bend_once(land.chart, land.balls, path, path, normals, tangents, *springs, margin, cap, memory)
 
     return iterate(step, path, D, tolerance, limit)

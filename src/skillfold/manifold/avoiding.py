@@ -10,9 +10,9 @@ import numpy as np
 
 from skillfold.check import check_path
 from skillfold.clearance import Clearance
-from skillfold.manifold.geodesic import geodesic
+from skillfold.manifold.geodesic import geodesic, within_edge
 from skillfold.manifold.model import Model
-from skillfold.manifold.planning import Query, joined, onto, shares, told, usual
+from skillfold.manifold.planning import HELD, Query, joined, onto, shares, told, usual
 from skillfold.manifold.projection import OnManifold
 from skillfold.manifold.sampled import renewed, sampled_path, smoothed, states_for
 from skillfold.manifold.springs import sprung
@@ -37,6 +37,7 @@ class Leg:
         converged: whether its own stop rule was met.
         seconds: until a first clear path was there.
         blocked: what stands in the way of the shortest path, in words; empty where nothing does.
+        held: whether that is held within the edge of the demonstrations, which it would leave.
     """
 
     path: Array
@@ -45,6 +46,7 @@ class Leg:
     converged: bool
     seconds: float
     blocked: str = ""
+    held: bool = False
 
 
 def plan_clear(
@@ -100,12 +102,15 @@ def _leg(terrain: Terrain, ends: Array, spacing: float, query: Query) -> Leg:
         if len(path):
             return Leg(path, "renewed", steps, True, perf_counter() - begun)
     found = geodesic(model, ends, FIRST)
+    if terrain.leads_out(terrain.coordinates(found.states)):
+        found = within_edge(model, found)
     shortest = terrain.coordinates(found.states)
     at = terrain.first_blocked(shortest)
     if method == "geodesic" or (at < 0 and found.converged):
         dense, settled = terrain.settled(shortest, states_for(shortest, spacing), smooth=True)
         if method == "geodesic" or (settled and terrain.is_clear(dense)):
-            return Leg(dense, "geodesic", found.iterations, found.converged, perf_counter() - begun)
+            seconds = perf_counter() - begun
+            return Leg(dense, "geodesic", found.iterations, found.converged, seconds, held=found.held)
     seconds = perf_counter() - begun
     blocked = terrain.blocking(shortest, at) if at >= 0 else ""
     if method in _BENT:
@@ -169,6 +174,8 @@ def _story(legs: list[Leg], moved: Array) -> str:
     blocked = sorted({leg.blocked for leg in legs if leg.blocked})
     if blocked:
         parts.append("the shortest path is blocked by " + ", ".join(blocked))
+    if any(leg.held for leg in legs):
+        parts.append(HELD)
     for method, words in _TOLD.items():
         if any(leg.method == method for leg in legs):
             parts.append(words)

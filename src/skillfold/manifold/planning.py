@@ -12,7 +12,7 @@ from skillfold.manifold.aside import aside_of
 from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, regrown, roundabout, within_edge
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import OnManifold, project_anchored, seem_off, within_limits
+from skillfold.manifold.projection import FAR, OnManifold, project_anchored, seem_off, within_limits
 from skillfold.manifold.pulling import pulled_onto
 from skillfold.manifold.route import Route, RouteAnswer
 from skillfold.motion import Path, Plan
@@ -22,7 +22,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 SHOWN = 101  # states of a demonstrated route where the query names no number
-FAR = 1.2  # times as far from the demonstrations as is usual: a path that leads farther is held within their edge
+HELD = "held within the edge of the demonstrations, which it would leave"
 EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 
 
@@ -238,7 +238,7 @@ def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
     if True in [leg.own for leg in legs]:
         parts.append("solved with the surface's own tangents, as the field's lie across it")
     if True in [leg.held for leg in legs]:
-        parts.append("held within the edge of the demonstrations, which it would leave")
+        parts.append(HELD)
     if False in [leg.converged for leg in legs]:
         parts.append("not relaxed to the shortest, as that did not converge or left the manifold")
     return "Shortest path on the manifold" + "".join(f"; {part}" for part in parts) + "."

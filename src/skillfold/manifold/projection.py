@@ -16,6 +16,7 @@ from skillfold.manifold.model import Model
 from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+FAR = 1.2  # times as far from the demonstrations as is usual: a path that leads farther is held within their edge
 NEAR = 1e-6  # rms radii of the data: a displacement this small is the distance
 TURNS = 100  # between surface and limits, at most
 SETTLED = 1e-9  # rms radii that the last of them moves a state

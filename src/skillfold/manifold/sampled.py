@@ -85,13 +85,21 @@ def draw_targets(terrain: Terrain, rng: np.random.Generator, count: int) -> Arra
 
 
 def smoothed(terrain: Terrain, rough: Array, spacing: float) -> tuple[Array, int]:
-    """The rough path made short and smooth, dense and clear; empty where that fails, and the steps it took."""
+    """The rough path made short and smooth, dense and clear; empty where that fails, and the steps it took.
+
+    Where it leads far out it is held within the edge of the demonstrations, if that keeps clear too.
+    """
     total = 0
     for count in COARSE:
         coarse, _ = terrain.settled(rough, count, smooth=False)
         bent, iterations = _bent(terrain, coarse, SMOOTH_STEPS)
         total += iterations
         path = _read_smoothly(terrain, bent, spacing)
+        if terrain.leads_out(bent):
+            bent, iterations = _bent(terrain, bent, SMOOTH_STEPS, True)
+            total += iterations
+            held = _read_smoothly(terrain, bent, spacing) if iterations else path
+            path = held if len(held) else path
         if len(path):
             return path, total
     return np.empty((0, rough.shape[1])), total
@@ -117,8 +125,8 @@ def renewed(terrain: Terrain, earlier: Array, spacing: float) -> tuple[Array, in
     return _read_smoothly(terrain, bent, spacing, 0.0), total
 
 
-def _bent(terrain: Terrain, coarse: Array, limit: int) -> tuple[Array, int]:
-    bent, iterations, _ = terrain.bent(coarse, terrain.obstacles.margin, CAP, SMOOTHED, limit)
+def _bent(terrain: Terrain, coarse: Array, limit: int, held: bool = False) -> tuple[Array, int]:
+    bent, iterations, _ = terrain.bent(coarse, terrain.obstacles.margin, CAP, SMOOTHED, limit, held)
     return bent, iterations
 
 

@@ -11,6 +11,7 @@ from skillfold.manifold.kernels.geodesic import refine, resample
 from skillfold.manifold.kernels.trees import search
 from skillfold.manifold.kernels.walking import Chart, Support
 from skillfold.manifold.model import Model
+from skillfold.manifold.projection import FAR, OnManifold
 from skillfold.planning.barrier import Barrier, barrier_of
 from skillfold.spaces import StateSpace
 
@@ -85,13 +86,23 @@ class Terrain:
         count, _ = search(*self._surface, path[[0, -1]], none, picks, step, self.margin, path, len(path))
         return path[:count]
 
-    def bent(self, path: Array, margin: float, cap: float, tolerance: float, limit: int) -> tuple[Array, int, bool]:
-        """The path (n, D) made short and kept a margin clear; iterations, and whether it settled."""
+    def bent(
+        self, path: Array, margin: float, cap: float, tolerance: float, limit: int, held: bool = False
+    ) -> tuple[Array, int, bool]:
+        """The path (n, D) made short and kept a margin clear; iterations, and whether it settled.
+
+        Where it is `held`, it keeps within the edge of the demonstrations besides, if it would leave that.
+        """
         bent = path.copy()
         table, _, chart, barrier = self._surface
         capacity = max(self.compiled.capacity, 1)
-        iterations, moved = bend_clear(table, chart, barrier, bent, margin, capacity, cap, tolerance, limit)
+        how, spacing = (capacity, cap, tolerance, limit), self.model.trust.spacing if held else 0.0
+        iterations, moved = bend_clear(table, chart, barrier, bent, margin, *how, spacing)
         return bent, int(iterations), bool(moved < tolerance)
+
+    def leads_out(self, path: Array) -> bool:
+        """Whether a path (n, D) leads farther from the demonstrations than is usual."""
+        return bool(OnManifold(self.model).inside(self.states(path)).max() > FAR)
 
     def settled(self, path: Array, count: int, smooth: bool) -> tuple[Array, bool]:
         """The path (n, D) read at `count` places and brought onto the surface; whether that was met everywhere.

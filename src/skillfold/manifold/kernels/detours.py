@@ -9,7 +9,9 @@ import numpy as np
 
 from skillfold.jit import inlined, inner, njit
 from skillfold.manifold.kernels.acceleration import longest
+from skillfold.manifold.kernels.edges import beyond_edge, mean_step
 from skillfold.manifold.kernels.geodesic import newton_steps
+from skillfold.manifold.kernels.holding import make_edge, pull_back
 from skillfold.manifold.kernels.pushes import SIGHT, push_off_limits, push_off_obstacles
 from skillfold.manifold.kernels.scratch import Scratch, evaluate, make_scratch
 from skillfold.manifold.kernels.small import norm
@@ -162,10 +164,12 @@ def bend_clear(
     cap: float,
     tolerance: float,
     limit: int,
+    spacing: float,
 ) -> tuple:
     """Make a path (n, D) short and keep it a margin off obstacles, along the surface, in place, its ends fixed.
 
-    Returns iterations and the last step.
+    With a `spacing`, the usual one of the demonstrations, it is held within their edge besides; 0 lets it go where it
+    likes. Returns iterations and the last step; no iteration where it would be held, but does not leave the edge.
     """
     n, D = path.shape
     scratch = make_scratch(t, n)
@@ -173,9 +177,18 @@ def bend_clear(
     inner = np.empty((n, kept))
     b = make_bending(n, scratch.bases.shape[1] + D - kept, D, capacity)
     free_rows(b.tangents, kept)
-    iteration, moved, steepest = 0, np.inf, 0.0
+    iteration, moved, steepest, allowed = 0, np.inf, 0.0, 0.0
+    if spacing > 0.0:
+        inner[:] = path[:, :kept]
+        evaluate(inner[1 : n - 1], scratch)
+        allowed = beyond_edge(inner, spacing, scratch)
+        if allowed == 0.0:
+            return 0, 0.0
+    edge = make_edge(allowed, n, mean_step(path), max(spacing, 1e-300), scratch, b.tangents.shape[1])
     while iteration < limit and moved >= tolerance:
         frame_path(path, inner, b.normals, b.tangents, scratch)
+        if spacing > 0.0:
+            pull_back(edge, iteration, inner, b.tangents, scratch, b.stiffness, b.force)
         b.normals[0] = 0.0  # the ends stay where they are
         b.normals[n - 1] = 0.0
         moved, steepest = bend_once(chart, barrier, path, path, margin, steepest, cap, b)

@@ -130,9 +130,8 @@ class Look(NamedTuple):
 
 
 @inner
-def make_look(scratch: Scratch) -> Look:
-    """Room for it."""
-    d = scratch.bases.shape[1]
+def make_look(scratch: Scratch, d: int) -> Look:
+    """Room for it, on a surface of dimension d."""
     k = min(HULL + A_DIMENSION * d, scratch.distances.size)
     return Look(np.empty(k, np.int64), np.empty(k), np.empty((k, d)), np.empty(d), np.empty(d + 2, np.int64))
 
@@ -158,7 +157,7 @@ def beyond_edge(path: Array, spacing: float, scratch: Scratch) -> float:
 
     Scratch was evaluated at its inner states.
     """
-    n, look = len(path), make_look(scratch)
+    n, look = len(path), make_look(scratch, scratch.bases.shape[1])
     allowed, looked = SHORT * spacing, False
     stride = max(1, int(min(APART * spacing / max(mean_step(path), 1e-300), n)))
     for i in range(min(stride, n // 2), n - 1, stride):
@@ -192,7 +191,8 @@ def draw_in(spacing: float, points: Array, tolerance: float, scratch: Scratch, o
 
     Those alone that are `on` the surface (n,); one that loses it on the way is so no longer.
     """
-    look, d = make_look(scratch), scratch.bases.shape[1]
+    d = scratch.bases.shape[1]
+    look = make_look(scratch, d)
     within, moved = ~on, False
     for _ in range(TURNS):
         evaluate(points, scratch)

@@ -53,6 +53,22 @@ class Edge(NamedTuple):
 
 
 @inner
+def make_edge(allowed: float, n: int, stride: float, spacing: float, scratch: Scratch, d: int) -> Edge:
+    """What holds a path of n states with steps of `stride`, of a surface of dimension d, free directions included."""
+    look = make_look(scratch, d)
+    return Edge(
+        np.empty((n, look.around.size), np.int64),
+        allowed,
+        (stride / (YIELDING * spacing)) ** 2,
+        look.offsets,
+        look.inward,
+        look.carrying,
+        np.empty((d, d)),
+        look.squares,
+    )
+
+
+@inner
 def pull_back(
     edge: Edge, iteration: int, path: Array, tangents: Array, scratch: Scratch, stiffness: Array, force: Array
 ) -> None:
@@ -116,18 +132,7 @@ def hold_geodesic(
     allowed = beyond_edge(inside, spacing, scratch)
     if allowed == 0.0:
         return 0, 0.0
-    look = make_look(scratch)
-    d, k = scratch.bases.shape[1], look.around.size
-    edge = Edge(
-        np.empty((n, k), np.int64),
-        allowed,
-        (mean_step(inside) / (YIELDING * spacing)) ** 2,
-        look.offsets,
-        look.inward,
-        look.carrying,
-        np.empty((d, d)),
-        look.squares,
-    )
+    edge = make_edge(allowed, n, mean_step(inside), spacing, scratch, scratch.bases.shape[1])
     iterations, moved, _ = relax(inside, tolerance, cap, limit, 1.0, own, rate, scratch, pull_back, edge)
     decode_path(t, path[0].copy(), path[n - 1].copy(), inside, path)
     return iterations, moved
