@@ -91,7 +91,7 @@ def check_path(
         return _broken()
     looked, places = (states, range(len(states))) if obstacles is None else _looked_at(states, obstacles)
     distance, outside = map(np.asarray, constraint.judge(looked))
-    over = distance if obstacles is None else distance - _sag(states, np.asarray(places))
+    over = distance if obstacles is None else distance - sag(states, np.asarray(places))
     a, b, c, longest, length = worst_places(over, outside, states)
     jump = longest / max(length / (len(states) - 1), 1e-300)
     allowed = max(OUTSIDE, 1.5 * float(outside[0]), 1.5 * float(outside[-1]))
@@ -140,7 +140,7 @@ def _looked_at(states: Array, obstacles: Clearance) -> tuple[Array, Array]:
     return np.vstack([looked, states[-1:]]), np.append(edges + share, len(states) - 1.0)
 
 
-def _sag(states: Array, places: Array) -> Array:
+def sag(states: Array, places: Array) -> Array:
     """How far chords may lie off a smooth curve through the states, at places (m,); zero at the states themselves."""
     if len(states) < 3:
         return np.zeros(len(places))

@@ -10,6 +10,7 @@ from skillfold import PointObstacles, Robot, Scene, Sphere, StateSpace
 from skillfold.errors import InputError
 from skillfold.experiments.three_link import REACHING, forward, optimal
 from skillfold.manifold.aside import aside_of
+from skillfold.manifold.terrain import Terrain
 
 METHODS = [None, "geodesic", "springs", "hinge", "sampled"]
 BENT = ["springs", "hinge", "sampled"]
@@ -78,6 +79,18 @@ def test_among_obstacles_the_way_leads_along_the_edge_too(place):
     across = land.plan(*ends).stats["check"].outside
     assert across < 1.8
     assert ("held within the edge" in plan.reason) == (plan.stats["methods"] == ("geodesic",))
+
+
+def test_terrain_holds_only_paths_whose_chords_keep_to_the_surface():
+    """On a spiral: along one winding, and across to the next, where both ends of the chord are on it."""
+    turn = np.linspace(0.0, 4.0 * np.pi, 400)
+    spiral = (0.5 + 0.05 * turn)[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+    skill = fit(spiral, 1)
+    obstacles = PointObstacles([[9.0, 9.0]], 0.1)
+    land = Terrain.between(skill.model, skill.space, obstacles, spiral[[0, -1]], 0.02)
+    along, across = spiral[:60], np.vstack([spiral[:30], spiral[229:260]])
+    assert land.holds(land.coordinates(skill.project(along)))
+    assert not land.holds(land.coordinates(skill.project(across)))
 
 
 @pytest.mark.parametrize("reach", [0.1, 0.4])

@@ -12,8 +12,8 @@ from skillfold.check import check_path
 from skillfold.clearance import Clearance
 from skillfold.manifold.geodesic import geodesic, within_edge
 from skillfold.manifold.model import Model
-from skillfold.manifold.planning import HELD, Query, joined, onto, shares, told, usual
-from skillfold.manifold.projection import OnManifold
+from skillfold.manifold.planning import HELD, Query, joined, onto, shares, told
+from skillfold.manifold.projection import OnManifold, usual
 from skillfold.manifold.sampled import renewed, sampled_path, smoothed, states_for
 from skillfold.manifold.springs import sprung
 from skillfold.manifold.terrain import Terrain

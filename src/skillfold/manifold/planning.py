@@ -12,7 +12,7 @@ from skillfold.manifold.aside import aside_of
 from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, regrown, roundabout, within_edge
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import FAR, OnManifold, project_anchored, seem_off, within_limits
+from skillfold.manifold.projection import FAR, OnManifold, project_anchored, seem_off, usual, within_limits
 from skillfold.manifold.pulling import pulled_onto
 from skillfold.manifold.route import Route, RouteAnswer
 from skillfold.motion import Path, Plan
@@ -23,7 +23,6 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 SHOWN = 101  # states of a demonstrated route where the query names no number
 HELD = "held within the edge of the demonstrations, which it would leave"
-EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 
 
 class Query(NamedTuple):
@@ -181,11 +180,6 @@ def _clipped(space: StateSpace, states: Array, given: Array) -> Array:
     """States (n, D) within the limits of their coordinates, but for those that were given."""
     kept = (states[:, None] == given).all(2).any(1)
     return np.where(kept[:, None], states, np.clip(states, space.lower, space.upper))
-
-
-def usual(model: Model) -> float:
-    """How far off a state may be that counts as on the manifold, in state units."""
-    return model.scale * max(model.tolerance, EXACT)
 
 
 def onto(model: Model, space: StateSpace, states: Array) -> tuple[Array, Array, bool]:

@@ -17,6 +17,7 @@ from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 FAR = 1.2  # times as far from the demonstrations as is usual: a path that leads farther is held within their edge
+EXACT = 1e-6  # rms radii of the data: residual a path on the manifold may keep, besides what its ends have
 NEAR = 1e-6  # rms radii of the data: a displacement this small is the distance
 TURNS = 100  # between surface and limits, at most
 SETTLED = 1e-9  # rms radii that the last of them moves a state
@@ -102,6 +103,11 @@ def judge(model: Model, states: Array, enough: float) -> tuple[Array, Array]:
         away = states[asked]
         off[asked] = np.linalg.norm(project_anchored(model, away)[0] - away, axis=1)
     return off, nearest
+
+
+def usual(model: Model) -> float:
+    """How far off a state may be that counts as on the manifold, in state units."""
+    return model.scale * max(model.tolerance, EXACT)
 
 
 @dataclass(frozen=True)

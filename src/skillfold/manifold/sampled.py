@@ -69,7 +69,7 @@ def _as_it_is(terrain: Terrain, ways: tuple[Array, ...], spacing: float) -> Arra
     """The first of the ways that is clear on the surface between its states too, dense; empty where none is."""
     for way in ways:
         path, settled = terrain.settled(way, states_for(way, spacing), smooth=False)
-        if settled and terrain.is_clear(path, 0.0):
+        if settled and terrain.is_clear(path, 0.0) and terrain.holds(path):
             return path
     return np.empty((0, ways[0].shape[1]))
 
@@ -133,7 +133,7 @@ def _bent(terrain: Terrain, coarse: Array, limit: int, held: bool = False) -> tu
 def _read_smoothly(terrain: Terrain, coarse: Array, spacing: float, margin: float | None = None) -> Array:
     """The smooth path through few states, dense; empty where it keeps no margin, the terrain's unless given."""
     path, settled = terrain.settled(coarse, states_for(coarse, spacing), smooth=True)
-    return path if settled and terrain.is_clear(path, margin) else path[:0]
+    return path if settled and terrain.is_clear(path, margin) and terrain.holds(path) else path[:0]
 
 
 def states_for(path: Array, spacing: float) -> int:

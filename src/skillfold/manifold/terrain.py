@@ -5,13 +5,14 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.check import sag
 from skillfold.clearance import Clearance, Compiled
 from skillfold.manifold.kernels.detours import bend_clear, first_blocked, settle_path
 from skillfold.manifold.kernels.geodesic import refine, resample
 from skillfold.manifold.kernels.trees import search
 from skillfold.manifold.kernels.walking import Chart, Support
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import FAR, OnManifold
+from skillfold.manifold.projection import FAR, OnManifold, usual
 from skillfold.planning.barrier import Barrier, barrier_of
 from skillfold.spaces import StateSpace
 
@@ -116,6 +117,17 @@ class Terrain:
         dense = np.empty((count, path.shape[1]))
         resample(path, dense)
         return dense, bool(settle_path(self.model.table, self.support, dense))
+
+    def holds(self, path: Array) -> bool:
+        """Whether the surface holds half-way between the states of a dense path (n, D), too, as a check will ask.
+
+        At creases, as where a joint comes to its limit, and outside the demonstrations it may bend within a step.
+        """
+        states = self.states(path)
+        between = 0.5 * (states[1:] + states[:-1])
+        tolerance = usual(self.model)
+        off = OnManifold(self.model, tolerance).distance(between) - sag(states, np.arange(len(between)) + 0.5)
+        return bool(off.max() <= tolerance)
 
     def keeps_clear(self, path: Array) -> bool:
         """Whether the states of a path (n, D) do, whatever lies between them."""
