@@ -275,6 +275,25 @@ def test_obstacles_along_their_motions(planar):
     assert "at 1.5 s" in repr(obstacles.at(1.5))
 
 
+def test_targets_of_the_robots_own_file_stay_where_they_are(tmp_path):
+    """Mocap bodies, as controllers aim at: those of the scene come after them."""
+    file, arm = (
+        tmp_path / "aiming.xml",
+        "<body><joint axis='0 0 1'/><geom type='box' size='.1 .1 .1' pos='1 0 0'/></body>",
+    )
+    targets = "".join(f"<body mocap='true' pos='0 0 {z}'><geom size='.05'/></body>" for z in (2, 3))
+    file.write_text(f"<mujoco><worldbody>{targets}{arm}</worldbody></mujoco>")
+    motion = sf.Motion([0, 1], [[1, 0.5, 0], [1, 0.7, 0]])
+    ball = sf.Sphere(center=(1, 0.4, 0), radius=0.1, name="ball", motion=motion)
+    obstacles = sf.Robot.load(file).obstacles([ball])
+    for moment, wanted in [(None, 0.2), (0, 0.3), (1, 0.5)]:
+        assert obstacles.at(moment).clearance([0]) == pytest.approx(wanted)
+    compiled = obstacles.compiled()
+    obstacles.place(compiled, 1.0)
+    assert compiled.clearance(np.zeros(1), np.empty(0), compiled.arguments) == pytest.approx(0.5)
+    assert obstacles.move("ball", (1, 0.9, 0)).clearance([0]) == pytest.approx(0.7)
+
+
 @pytest.mark.parametrize("movable", [(), ("ball", "dust")])
 def test_move_puts_an_obstacle_elsewhere_and_leaves_the_old_one(planar, movable):
     ball = sf.Sphere(center=(0.5, 0.6, 0), radius=0.1, name="ball")

@@ -98,8 +98,9 @@ def table_for(
         base: (7,) pose of a floating base.
     """
     model, data = layout.merged.model, layout.data()
-    order = sorted(layout.merged.mocaps, key=lambda name: layout.merged.mocaps[name])
-    poses = np.array([standing[name] for name in order]).reshape(-1, 7)
+    poses = model.body_pos[model.body_mocapid >= 0], model.body_quat[model.body_mocapid >= 0]
+    for name, row in layout.merged.mocaps.items():
+        poses[0][row], poses[1][row] = standing[name][:3], standing[name][3:]
     infinite = np.full(layout.joints.dof, np.inf)
     lower, upper = limits or (-infinite, infinite)
     slots = pose_slots(model, data, layout.joints, base) | {
@@ -115,8 +116,8 @@ def table_for(
         dist.BODIES: model.geom_bodyid,
         dist.MOCAP_POS: data.mocap_pos,
         dist.MOCAP_QUAT: data.mocap_quat,
-        dist.STANDING_POS: poses[:, :3],
-        dist.STANDING_QUAT: poses[:, 3:],
+        dist.STANDING_POS: poses[0],
+        dist.STANDING_QUAT: poses[1],
         dist.LOWER: lower,
         dist.UPPER: upper,
         dist.GAPS: np.zeros(len(layout.pairs)),

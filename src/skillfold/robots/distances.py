@@ -20,7 +20,10 @@ PAIRS = shapes.SLOTS  # (P, 2) shapes whose distance counts
 BOUNDS = shapes.SLOTS + 1  # (P, K) longest way a point of one moves against the other while joint k moves by one
 BODIES = shapes.SLOTS + 2  # (n_shapes,) that they belong to
 MOCAP_POS, MOCAP_QUAT = shapes.SLOTS + 3, shapes.SLOTS + 4  # (M, 3), (M, 4) MuJoCo's, overwritten
-STANDING_POS, STANDING_QUAT = shapes.SLOTS + 5, shapes.SLOTS + 6  # (M, 3), (M, 4) where moving obstacles stand
+STANDING_POS, STANDING_QUAT = (
+    shapes.SLOTS + 5,
+    shapes.SLOTS + 6,
+)  # where they stand: the robot's file may have some too
 LOWER, UPPER = shapes.SLOTS + 7, shapes.SLOTS + 8  # (dof,) limits that count as obstacles; infinite where they do not
 # Points in clusters. MuJoCo's model has one proxy sphere of each radius, put where it is asked for.
 CLUSTERS, REACHES = shapes.SLOTS + 9, shapes.SLOTS + 10  # (C, 3), (C,) bounding spheres, with the points' radius
