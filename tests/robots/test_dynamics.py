@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+import skillfold as sf
 from skillfold.errors import InputError
 
 NAMES = ("jaco", "lwr4", "planar_arm")
@@ -27,6 +28,28 @@ def test_torques_are_mujocos(robots, name):
         data.qpos[robot.joints.addresses], data.qvel[dofs], data.qacc[dofs] = q, qd, qdd
         mujoco.mj_inverse(model, data)
         assert np.allclose(robot.dynamics().torque(q, qd, qdd), data.qfrc_inverse[dofs], atol=1e-9)
+
+
+HELPED = """<mujoco><compiler angle="radian"/><worldbody>
+<body gravcomp="1"><joint name="a" axis="0 1 0" damping="2" armature="0.1"/>
+<geom type="box" size=".2 .02 .02" pos=".2 0 0"/>
+<body name="tool" pos=".4 0 0" gravcomp=".5"><joint name="b" axis="0 1 0" stiffness="3" springref=".5"/>
+<geom type="box" size=".2 .02 .02" pos=".2 0 0"/></body></body></worldbody>
+<tendon><fixed name="t" stiffness="5" damping="2"><joint joint="a" coef="1"/></fixed></tendon></mujoco>"""
+
+
+def test_springs_and_compensated_gravity_are_mujocos(tmp_path):
+    """What the robot does by itself is not asked for again; tendons are left out."""
+    file = tmp_path / "helped.xml"
+    file.write_text(HELPED)
+    robot = sf.Robot.load(file)
+    model = mujoco.MjModel.from_xml_string(HELPED)
+    model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
+    data = mujoco.MjData(model)
+    for q, qd, qdd in zip(*motion(robot, 4), strict=True):
+        data.qpos[:], data.qvel[:], data.qacc[:] = q, qd, qdd
+        mujoco.mj_inverse(model, data)
+        assert np.allclose(robot.dynamics().torque(q, qd, qdd), data.qfrc_inverse, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -8,7 +8,7 @@ import numpy as np
 from skillfold.errors import InputError
 from skillfold.jit import pointer
 from skillfold.robots.engine import mujoco
-from skillfold.robots.inverse import ARMATURE, DAMPING, DOFS, FORCES, QACC, QVEL, SLOTS, inverse, inverses
+from skillfold.robots.inverse import ARMATURE, DOFS, FORCES, PASSIVE, QACC, QVEL, SLOTS, inverse, inverses
 from skillfold.robots.joints import Joints, pose_slots
 from skillfold.robots.loading import compiled
 from skillfold.robots.poses import read_pose
@@ -38,8 +38,9 @@ class CompiledDynamics(NamedTuple):
 class Dynamics:
     """Inverse dynamics of a robot; made by `Robot.dynamics`.
 
-    Gravity, inertia (armature and a load included), velocity terms and the joints' damping; neither springs nor dry
-    friction, and no contacts. A floating base is held where it is. May be asked from several threads at once.
+    Gravity, where the model does not compensate it, inertia (armature and a load included), velocity terms, the
+    joints' springs and damping; no dry friction, no tendons and no contacts. A floating base is held where it is.
+    May be asked from several threads at once.
     """
 
     def __init__(self, robot: "Robot", mass: float, center: Any) -> None:
@@ -49,6 +50,8 @@ class Dynamics:
         if mass:
             _attach(spec, robot.tool, mass, center)
         self._model = compiled(spec, robot.source)
+        for name in ("tendon_stiffness", "tendon_stiffnesspoly"):  # their lengths are not looked at
+            getattr(self._model, name, np.zeros(0))[:] = 0.0  # not all versions have both
         self._local = threading.local()
 
     def torque(self, q: Any, qd: Any, qdd: Any) -> Array:
@@ -101,7 +104,7 @@ def _table_of(model: Any, joints: Joints) -> Table:
         QACC: data.qacc,
         DOFS: dofs.astype(np.int64),
         ARMATURE: model.dof_armature[dofs],
-        DAMPING: np.ravel(model.dof_damping)[dofs] if np.ndim(model.dof_damping) == 1 else model.dof_damping[dofs, 0],
+        PASSIVE: data.qfrc_passive,
         FORCES: np.zeros(model.nv),
     }
     return table_of(slots, SLOTS, model, data)

@@ -5,12 +5,13 @@ import numpy as np
 from skillfold.jit import njit
 from skillfold.robots import kinematics as kin
 from skillfold.robots.kinematics import place
-from skillfold.robots.mujoco_calls import com_pos, com_vel, newton_euler
+from skillfold.robots.mujoco_calls import com_pos, com_vel, newton_euler, passive
 from skillfold.tables import Array, Indices, address, indices, scalar, vector
 
 QVEL, QACC = kin.SLOTS, kin.SLOTS + 1  # (nv,) MuJoCo's, overwritten
 DOFS = kin.SLOTS + 2  # (K,) of each joint in them
-ARMATURE, DAMPING = kin.SLOTS + 3, kin.SLOTS + 4  # (K,)
+ARMATURE = kin.SLOTS + 3  # (K,)
+PASSIVE = kin.SLOTS + 4  # (nv,) MuJoCo's: what springs, dampers and compensated gravity do by themselves
 FORCES = kin.SLOTS + 5  # (nv,) scratch
 SLOTS = kin.SLOTS + 6
 
@@ -20,7 +21,7 @@ def inverse(q: Array, qd: Array, qdd: Array, m: Indices, out: Array) -> None:
     """Torques (dof,) that give accelerations qdd at positions q and velocities qd, all (dof,)."""
     dofs, columns, ratios = indices(m, DOFS), indices(m, kin.COLUMNS), vector(m, kin.RATIOS)
     speed, rise, forces = vector(m, QVEL), vector(m, QACC), vector(m, FORCES)
-    armature, damping = vector(m, ARMATURE), vector(m, DAMPING)
+    armature, helping = vector(m, ARMATURE), vector(m, PASSIVE)
     model, data = scalar(m, kin.MODEL), scalar(m, kin.DATA)
     place(q, m)
     for k in range(dofs.size):
@@ -28,10 +29,11 @@ def inverse(q: Array, qd: Array, qdd: Array, m: Indices, out: Array) -> None:
         rise[dofs[k]] = ratios[k] * qdd[columns[k]]
     com_pos(model, data)
     com_vel(model, data)
+    passive(model, data)
     newton_euler(model, data, np.int32(1), address(m, FORCES))
     for k in range(dofs.size):
         i = dofs[k]
-        out[k] = forces[i] + armature[k] * rise[i] + damping[k] * speed[i]
+        out[k] = forces[i] + armature[k] * rise[i] - helping[i]
 
 
 @njit

@@ -39,3 +39,6 @@ com_vel = types.ExternalFunction("mj_comVel", types.void(types.intp, types.intp)
 # mj_rne(model, data, flag, forces), after those: the (nv,) forces at `forces` that gravity and velocities ask for,
 # and accelerations in data's qacc where the flag is 1; without armature, damping and contacts.
 newton_euler = types.ExternalFunction("mj_rne", types.void(types.intp, types.intp, types.int32, types.intp))
+# mj_passive(model, data), after mj_comVel: data's qfrc_passive, what springs, dampers, compensated gravity and fluids
+# do to each joint.
+passive = types.ExternalFunction("mj_passive", types.void(types.intp, types.intp))
