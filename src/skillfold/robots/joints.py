@@ -9,6 +9,7 @@ import numpy as np
 from skillfold.errors import RobotError
 from skillfold.robots import kinematics as kin
 from skillfold.robots.engine import mujoco
+from skillfold.robots.motors import torque_limits
 from skillfold.robots.poses import HERE
 from skillfold.spaces import StateSpace
 from skillfold.tables import Array, Indices, Table, table_of
@@ -121,7 +122,7 @@ def read_joints(model: Any, source: str, speeds: dict[str, float]) -> Joints:
         Limits(lower, upper),
         velocity,
         _numeric(model, "acceleration_limits", len(numbers), source),
-        _torques(model, numbers),
+        torque_limits(model, numbers),
         base,
         rest,
         home,
@@ -263,16 +264,3 @@ def _numeric(model: Any, name: str, dof: int, source: str) -> Array:
                 raise RobotError(f"{source}: custom numeric {name}; expected {dof} positive numbers, one a joint.")
             return values
     return np.full(dof, math.inf)
-
-
-def _torques(model: Any, numbers: Indices) -> Array:
-    limited = model.jnt_actfrclimited[numbers].astype(bool)
-    torque = np.where(limited, np.abs(model.jnt_actfrcrange[numbers]).min(axis=1), math.inf)
-    for i in range(model.nu):
-        joint = model.actuator_trnid[i, 0]
-        motor = model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT and model.actuator_forcelimited[i]
-        if motor and joint in numbers:
-            k = int(np.flatnonzero(numbers == joint)[0])
-            gear = abs(float(model.actuator_gear[i, 0]))
-            torque[k] = min(torque[k], gear * float(np.abs(model.actuator_forcerange[i]).min()))
-    return torque
