@@ -144,6 +144,22 @@ def test_a_joint_held_at_a_constant_stays_there_and_so_do_its_followers(tmp_path
     assert robot.obstacles().n_pairs == 0  # nothing moves against anything else
 
 
+@pytest.mark.parametrize(
+    ("tie", "told"),
+    [
+        ('<connect body1="a" body2="b" anchor="0 .3 0"/>', "connect of a and b"),
+        ('<weld body1="a" active="false"/><weld body1="b"/>', "itself, whatever the model ties together: weld of b."),
+        ('<tendon tendon1="t"/>', "tendon of t"),
+    ],
+)
+def test_ties_that_are_not_kept_are_told(tmp_path, tie, told):
+    bodies = "".join(f"<body name='{name}'><joint name='{name}'/><geom size='.1'/></body>" for name in "ab")
+    tendon = "<tendon><fixed name='t'><joint joint='a' coef='1'/></fixed></tendon>"
+    text = f"<mujoco><worldbody>{bodies}</worldbody>{tendon}<equality>{tie}</equality></mujoco>"
+    (note,) = load(tmp_path, text, "tied.xml").notes
+    assert told in note
+
+
 def test_joints_that_follow_in_a_circle_are_an_error(tmp_path):
     more = (
         link("x", inertial()),

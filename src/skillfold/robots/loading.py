@@ -15,6 +15,11 @@ from skillfold.robots.urdf import Mimic, prepare
 MODELS = Path(__file__).parent / "models"
 # Given to what moves and has neither shape nor inertia: MuJoCo refuses bodies without mass.
 DUMMY_MASS, DUMMY_INERTIA = 1e-3, 1e-6
+_TIES = {
+    mujoco.mjtEq.mjEQ_CONNECT: "connect",
+    mujoco.mjtEq.mjEQ_WELD: "weld",
+    mujoco.mjtEq.mjEQ_TENDON: "tendon",
+}
 
 
 @dataclass(frozen=True)
@@ -25,7 +30,7 @@ class Description:
         source: bundled name, or absolute path.
         spec: MuJoCo's specification.
         speeds: velocity limits that MuJoCo's model has no place for, by joint name.
-        notes: what a user should know: shapes that were left out, masses that were made up.
+        notes: what a user should know: shapes that were left out, masses that were made up, ties that are not kept.
     """
 
     source: str
@@ -54,11 +59,11 @@ def describe(name_or_path: str | PathLike[str]) -> Description:
         for mimic in facts.mimics:
             _follow(spec, mimic)
         masses, _ = _made(file, lambda: _give_mass(spec))  # a name that two joints have is found here
-        return Description(source, spec, facts.speeds, (*facts.notes, *warned, *masses))
+        return Description(source, spec, facts.speeds, (*facts.notes, *warned, *masses, *_not_kept(spec)))
     if root.tag != "mujoco":
         raise RobotError(f"{file}: its root element is <{root.tag}>; expected <mujoco> (MJCF) or <robot> (URDF).")
     spec, warned = _made(file, lambda: mujoco.MjSpec.from_file(str(file)))
-    return Description(source, spec, {}, (*warned, *_give_mass(spec)))
+    return Description(source, spec, {}, (*warned, *_give_mass(spec), *_not_kept(spec)))
 
 
 def compiled(spec: Any, source: str) -> Any:
@@ -133,6 +138,13 @@ def _give_mass(spec: Any) -> list[str]:
         body.mass, body.inertia, body.explicitinertial = DUMMY_MASS, [DUMMY_INERTIA] * 3, True
     names = ", ".join(body.name or "(unnamed)" for body in bodies)
     return [f"No inertia and no shape: {names}. Given {DUMMY_MASS * 1000:g} g each."] if bodies else []
+
+
+def _not_kept(spec: Any) -> list[str]:
+    """Which constraints joint positions do not keep to."""
+    ties = [tie for tie in spec.equalities if tie.active and tie.type in _TIES]
+    told = ", ".join(f"{_TIES[tie.type]} of {' and '.join(filter(None, (tie.name1, tie.name2)))}" for tie in ties)
+    return [f"Every joint is taken to move by itself, whatever the model ties together: {told}."] if ties else []
 
 
 def _has_mass(body: Any) -> bool:
