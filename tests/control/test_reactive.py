@@ -119,6 +119,63 @@ def test_without_a_new_plan_it_goes_back_to_what_is_left_of_the_old_one(make, pl
     assert np.linalg.norm(trace.states[-1] - controller.goal) < 2e-2
 
 
+def test_the_foot_is_on_the_sheet_of_the_path(make, plan, skill):
+    """Where the surface has several sheets, one foot after the other would keep to any."""
+    controller, start = make(), plan.path.states[0]
+    controller._foot[:] = skill.project(start + np.array([2.0, -2.0, 2.0]))
+    assert controller.command(0.0, start, np.zeros(3)).distance < 1e-6
+    assert np.linalg.norm(controller._foot - start) < 1e-3
+
+
+def test_from_a_foot_that_is_none_it_goes_straight_to_the_path(make, plan, skill):
+    """The plan finds its start far off the manifold: it says so as long as it is on the way, and arrives."""
+    first = skill.plan(plan.path.states[0], plan.path.states[-1])
+
+    def planner(start, goal, obstacles):
+        return replace(first, start_moved=float(np.linalg.norm(first.path.states[0] - start)))
+
+    controller = make(planner=planner, reaction=2.0)
+    trace = run(controller, plan.path.states[0], 6.0, PUSH)
+    on_the_way = controller.replans and [c for c in trace.commands if c.mode == "returning"][-1]
+    assert on_the_way.distance >= np.linalg.norm(
+        first.path.states[0] - trace.states[trace.modes.index("replanned") - 1]
+    )
+    assert np.linalg.norm(trace.states[-1] - controller.goal) < 2e-2 and controller.replans == 1
+
+
+def test_thrown_off_again_and_again_it_rests_longer_each_time(make, plan, skill):
+    asked = []
+
+    def planner(start, goal, obstacles):
+        asked.append(start)
+        return skill.plan(start, goal)
+
+    controller = make(planner=planner, reaction=2.0)
+    kick = np.array([60.0, -50.0, 60.0])
+
+    def push(t):
+        return kick if controller.mode == "replanned" or 0.3 <= t < 0.45 else np.zeros(3)
+
+    run(controller, plan.path.states[0], 12.0, push)
+    assert 4 <= len(asked) <= 8 and controller.reason.startswith("Thrown off")
+    trace = run(controller, controller._sample[0].copy(), 20.0, rate=STEP)
+    assert trace.modes[-1] == "replanned" and np.linalg.norm(trace.states[-1] - controller.goal) < 2e-2
+
+
+def test_what_is_left_of_a_path_is_without_the_lead_over_to_it(make, plan):
+    """Else a second push on the way back would leave nothing but that way."""
+    asked = []
+
+    def planner(start, goal, obstacles):
+        asked.append(start)
+        return replace(plan, success=False, reason="No way.")
+
+    controller = make(planner=planner, reaction=2.0)
+    run(controller, plan.path.states[0], 3.0, PUSH)
+    whole = controller._path
+    assert asked and np.abs(whole[:, None] - plan.path.states).sum(2).min(1).max() < 0.1
+
+
 def test_planners_and_obstacles_that_fail_do_not_stop_it(make, plan):
     def planner(start, goal, obstacles):
         return replace(plan, path=Path(np.zeros((3, 2))))
@@ -284,7 +341,7 @@ TIMES = st.one_of(st.none(), st.text(max_size=2), st.floats(allow_nan=True, allo
 @settings(max_examples=60, deadline=None)
 def test_no_sample_breaks_it_and_it_recovers(samples, controllers):
     controller, start, planar = controllers
-    t = (controller._time or 0.0) + 1.0
+    t = (controller._clock.time or 0.0) + 1.0
     for time, q, qd in samples:
         command = controller.command(time, q, qd)
         assert np.isfinite(command.torque).all() and np.isfinite(command.acceleration).all()

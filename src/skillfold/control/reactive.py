@@ -11,6 +11,7 @@ from skillfold.control.commands import Command
 from skillfold.control.kernels import step as at
 from skillfold.control.kernels.reference import splice
 from skillfold.control.replanning import Inline, Planner, Question, Renewal, Worker, planner_of, timed
+from skillfold.control.samples import Clock, read_sample
 from skillfold.control.settings import Bounds, Gains, check, check_obstacles, thresholds, turning
 from skillfold.control.timing import Reference
 from skillfold.manifold.inputs import amount
@@ -20,12 +21,10 @@ if TYPE_CHECKING:
     from skillfold.clearance import Clearance
     from skillfold.robots.robot import Robot
 
-NOMINAL = 1e-3  # seconds between samples where their times tell nothing
-SLOWEST = 1.0  # seconds between samples for which gains are eased, at most
-GAP = 0.055  # seconds between samples that are too many: at 20 Hz one may be a little late
 LATENCY = 0.03  # seconds that a plan is expected to take
 SPLICE = 0.15  # seconds, shortest, in which one reference leads over to the next
-AGAIN = 0.2  # seconds until a plan is asked for again
+AGAIN = 0.2  # seconds until a plan is asked for again; twice as many each time that its path is left at once
+MOST = 6  # times that these are doubled
 PATIENCE = 1.0  # seconds off the manifold until a plan is asked for all the same
 LOOK_AHEAD, STOP, SLOW = 1.5, 0.1, 0.5  # seconds of phase: how far to look, room to keep, room to slow down in
 CALM = 0.1  # of the velocity limits: slower is nearly at rest
@@ -95,15 +94,15 @@ class ReactiveController:
         self._memory, self._entries = self._table.arrays[at.MEMORY], self._table.entries
         self._sample = self._table.arrays[at.Q], self._table.arrays[at.QD]
         self._answer = self._table.arrays[at.ACCELERATION], self._table.arrays[at.TORQUE]
-        self._wanted = self._table.arrays[at.REFERENCE]
+        self._wanted, self._foot = self._table.arrays[at.REFERENCE], self._table.arrays[at.FOOT]
         self._deviation, self._off = thresholds(skill, deviation, off)
         self._skill, self._planner = skill, planner
         self._plans = Worker(LATENCY) if latency is None else Inline(amount("latency", latency, zero=True))
         self._work = np.zeros((2, 3, model.n_dims))
-        # The clock goes on whatever the samples' times say.
-        self._base, self._time, self._clock, self._since = "tracking", None, 0.0, 0.0
+        self._base, self._clock, self._since = "tracking", Clock(), 0.0
         self._away = self._stale = False  # the reference has left its path; a plan under way is of no use
-        self._again = self._followed = self._led = -np.inf  # seconds
+        self._again = self._followed = self._taken = self._led = self._lost = -np.inf  # seconds
+        self._vain, self._found = 0, True  # paths left at once, in a row; whether the last plan was found
         self._begin(plan, duration, obstacles, robot, load)
 
     def _begin(self, plan: Plan, duration: float | None, obstacles: Any, robot: Any, load: Any) -> None:
@@ -142,7 +141,7 @@ class ReactiveController:
         check_obstacles(obstacles)
         self._obstacles = obstacles
         self._moves = hasattr(obstacles, "at") and bool(getattr(obstacles, "moves", True))
-        self._follow(self._time, obstacles)
+        self._follow(self._clock.time, obstacles)
         layout.look_anew(self._table)
 
     def command(self, t: Any, q: Any, qd: Any) -> Command:
@@ -151,9 +150,9 @@ class ReactiveController:
         A sample that cannot be used (of another shape, not finite, far from the last one, too long after or before
         it) is answered by holding still.
         """
-        elapsed, hold = self._elapsed(t)
-        given = self._read(q, qd)
-        self._clock = now = self._clock + elapsed
+        elapsed, hold = self._clock.tick(t)
+        self._memory[at.INTERVAL], now = self._clock.interval, self._clock.now
+        given = read_sample((q, qd), self._sample)  # looked at more closely by the step
         if self._moves and now - self._followed >= FOLLOW:
             self._move(now)
         renewal = self._plans.take(now)
@@ -161,7 +160,7 @@ class ReactiveController:
             self._take(renewal, now)
         kind = at.sort(self._entries, elapsed, hold, given)
         if kind == at.USED:
-            at.find_foot(self._entries)
+            self._find_foot(now)
         at.answer(self._entries, elapsed, self._target(), kind)
         self._judge(kind, now)
         memory, (acceleration, torque) = self._memory, self._answer
@@ -170,7 +169,7 @@ class ReactiveController:
             self.mode,
             acceleration.copy(),
             self._wanted.copy(),
-            float(memory[at.DISTANCE]),
+            max(float(memory[at.DISTANCE]), self._way_back(now)),
             float(memory[at.DEVIATION]),
             float(memory[at.CLEARANCE]),
         )
@@ -184,34 +183,18 @@ class ReactiveController:
         """Whether the reference has come to its end."""
         return bool(not self._away and self._memory[at.PHASE] >= self._memory[at.DURATION])
 
-    def _elapsed(self, t: Any) -> tuple[float, bool]:
-        """Seconds since the last sample, and whether time does not go on as it should."""
-        try:
-            time = float(t)
-        except Exception:  # whatever was handed over
-            return NOMINAL, True
-        last = self._time
-        if not -1e12 < time < 1e12:
-            return NOMINAL, True
-        self._time = time
-        if last is None:
-            return 0.0, False
-        elapsed = time - last
-        if elapsed > 0.0:
-            self._memory[at.INTERVAL] = min(elapsed, SLOWEST)
-        return (elapsed, False) if 0.0 <= elapsed <= GAP else (NOMINAL, True)
+    def _find_foot(self, now: float) -> None:
+        """The foot of the sample: of several sheets of the surface, on the path's, or else where it was."""
+        if now <= self._lost:
+            self._foot[:] = self._wanted[0]
+            return
+        if not self._away and now > self._led:
+            self._foot[:] = self._wanted[0]
+        at.find_foot(self._entries)
 
-    def _read(self, q: Any, qd: Any) -> bool:
-        """Whether the sample has the right shape; it is looked at more closely by the step."""
-        try:
-            for given, own in zip((q, qd), self._sample, strict=True):
-                array = np.asarray(given)
-                if array.shape != own.shape or array.dtype.kind not in "iuf":
-                    return False
-                own[:] = array
-        except Exception:  # whatever was handed over: the robot must be held
-            return False
-        return True
+    def _way_back(self, now: float) -> float:
+        """How far it is to the path where that is gone to straight, off the manifold; else nothing."""
+        return float(np.linalg.norm(self._path[0] - self._sample[0])) if now <= self._lost else 0.0
 
     def _target(self) -> float:
         """Rate that the reference should go on at; below zero it gives way."""
@@ -230,18 +213,27 @@ class ReactiveController:
             return
         distance, deviation = self._memory[at.DISTANCE], self._memory[at.DEVIATION]
         # While the reference is led over to a new path that begins at the arm, it is the reference that is away.
-        pushed = distance > self._off or (deviation > self._deviation and now > self._led)
+        most = self._off if now > self._lost else max(self._off, self._deviation)
+        pushed = distance > most or (deviation > self._deviation and now > self._led)
         if pushed and not self._away:
-            self._away, self._stale, self._since = True, self._plans.pending, now
-        self.mode = "returning" if self._away else self._base
+            self._leave(now)
+        self.mode = "returning" if self._away or now <= self._lost else self._base
         if self._plans.pending or now < self._again:
             return
         back = distance < 0.5 * self._off and deviation < 0.5 * self._deviation
         if self._away and (back or now - self._since > PATIENCE) and self._calm():
-            self._ask(self._table.arrays[at.FOOT].copy(), now)
+            self._ask(self._foot.copy(), now)
         elif not self._away and self._memory[at.BLOCKED] < np.inf:
             ahead = self._memory[at.PHASE] + self._memory[at.RATE] * self._plans.latency
             self._ask(self.reference.at(ahead)[0], now)
+
+    def _leave(self, now: float) -> None:
+        """Pushed off the path: the reference gives way."""
+        self._vain = min(self._vain + 1, MOST) if now - self._taken < PATIENCE else 0
+        self._again = now + AGAIN * 2**self._vain
+        if self._vain > 1:
+            self.reason = f"Thrown off path after path at once; rests before the next. ({self.reason})"
+        self._away, self._stale, self._since, self._lost = True, self._plans.pending, now, -np.inf
 
     def _calm(self) -> bool:
         """Whether the reference has come near to rest: the push has ceased, or goes nowhere."""
@@ -251,9 +243,9 @@ class ReactiveController:
         obstacles: Any = self._obstacles
         if self._moves:
             with suppress(Exception):
-                obstacles = obstacles.at(self._time)
-        done, whole = (int(self._memory[slot] / self.reference.step) for slot in (at.PHASE, at.DURATION))
-        rest = self.reference.knots[min(done, whole) : whole + 2, 0].copy()
+                obstacles = obstacles.at(self._clock.time)
+        done = int((self._memory[at.PHASE] - self._delay) / self.reference.step)
+        rest = self._path[min(max(done, 0), len(self._path) - 2) :].copy()
         # Back from a push the new motion begins at rest, and can wait until the arm is there.
         velocity = np.zeros(len(start)) if self._away else self._wanted[1].copy()
         planner, back = self._planner or planner_of(self._skill, rest), rest if self._away else None
@@ -267,8 +259,12 @@ class ReactiveController:
             return
         if renewal.reference is None:
             return
+        # Where no plan leads on from the foot, or it belongs to no part that is sure, the path is gone to straight.
+        lost = self._away and (renewal.moved > self._off or not (renewal.planned or self._found))
+        self._found, self._taken = renewal.planned, now
         taken, delay = self._splice(renewal.reference, renewal.reference.knots)
         self._led = now + taken
+        self._lost = self._led if lost else -np.inf
         self.reference = replace(renewal.reference, duration=renewal.reference.duration + delay)
         layout.put_reference(self._table, self.reference)
         self._memory[at.KEEP] = renewal.keep
@@ -279,19 +275,20 @@ class ReactiveController:
 
     def _splice(self, reference: Reference, knots: Array) -> tuple[float, float]:
         """Lead over to the knots of a reference, in place; seconds that takes, and by which it begins later."""
-        limits = self._unhurried
-        spare = len(knots) - 1 - round(reference.duration / reference.step)
+        limits, count = self._unhurried, round(reference.duration / reference.step)
+        spare, self._path = len(knots) - 1 - count, knots[: count + 2, 0].copy()
         speed, rise = limits.velocity, limits.acceleration
         taken, delay = splice(knots, reference.step, self._wanted, SPLICE, spare, speed, rise, self._work)
-        return taken, delay * reference.step
+        self._delay = delay * reference.step
+        return taken, self._delay
 
     def _move(self, now: float) -> None:
         self._followed = now
         if hasattr(self._here, "place"):
-            self._here.place(self._compiled, self._time or 0.0)
+            self._here.place(self._compiled, self._clock.time or 0.0)
             return
         with suppress(Exception):  # obstacles of the user's may fail in any way, and then are where they were
-            self._follow(self._time, self._obstacles)
+            self._follow(self._clock.time, self._obstacles)
 
     def _follow(self, time: float | None, obstacles: Any) -> None:
         """Put moving obstacles where they are at a time [s]."""

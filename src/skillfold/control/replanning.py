@@ -27,12 +27,14 @@ class Renewal:
         keep: clearance below which it counts as blocked.
         reason: of the plan, in words.
         planned: whether the reference follows a new plan, and not what was left of the old one.
+        moved: how far off the manifold the plan found its start.
     """
 
     reference: Reference | None
     keep: float
     reason: str
     planned: bool
+    moved: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -69,19 +71,19 @@ def planner_of(skill: Any, near: Array) -> Planner:
 
 def renew(question: Question) -> Renewal:
     """Plan and put it in time, or else what is left of the path so far; whatever goes wrong is a reason."""
-    q, reason = question, ""
+    q, reason, moved = question, "", 0.0
     try:
         plan = q.planner(q.start, q.goal, q.obstacles)
-        states, reason = plan.path.states, plan.reason
+        states, reason, moved = plan.path.states, plan.reason, float(plan.start_moved)
         if plan.success and states.shape[1] == len(q.goal):
-            return Renewal(*timed(states, q.velocity, q.obstacles, q.bounds), reason, True)
+            return Renewal(*timed(states, q.velocity, q.obstacles, q.bounds), reason, True, moved)
         if plan.success:
             reason = f"The planner's path has {states.shape[1]} coordinates."
     except Exception as error:  # a planner of the user's may fail in any way, and the robot must go on
         reason = f"{type(error).__name__}: {error}"
     with suppress(Exception):
         if q.rest is not None and (q.obstacles is None or np.min(q.obstacles.clearance(q.rest)) > 0):
-            return Renewal(*timed(q.rest, np.zeros(len(q.goal)), q.obstacles, q.bounds), reason, False)
+            return Renewal(*timed(q.rest, np.zeros(len(q.goal)), q.obstacles, q.bounds), reason, False, moved)
     return Renewal(None, 0.0, reason, False)
 
 
