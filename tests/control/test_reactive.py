@@ -438,6 +438,25 @@ def test_what_cannot_be_controlled_is_told(skill, plan, planar):
         sf.ReactiveController(skill, plan, gains=Gains(along=-1.0))
 
 
+def test_paths_beyond_the_robots_limits_are_refused(make, skill, plan, planar):
+    """Else the arm would stop short of the goal and say nothing."""
+
+    class Narrow:
+        def __getattr__(self, name):
+            return getattr(planar, name)
+
+        limits = planar.limits._replace(upper=plan.path.states.max(0) - [0.0, 0.1, 0.0])
+
+    with pytest.raises(InputError, match=r"has coordinate 1 at .*outside the limits.*space=robot\.space"):
+        sf.ReactiveController(skill, plan, robot=Narrow())
+    lower, upper = planar.limits
+    far = replace(plan, path=Path(plan.path.states + 2 * (upper - lower)))
+    controller = make(planner=lambda start, goal, obstacles: far, reaction=2.0)
+    trace = run(controller, plan.path.states[0], 6.0, PUSH)
+    assert "outside the limits" in controller.reason and controller.replans == 0
+    assert np.linalg.norm(trace.states[-1] - controller.goal) < 2e-2
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

@@ -75,10 +75,11 @@ def renew(question: Question) -> Renewal:
     try:
         plan = q.planner(q.start, q.goal, q.obstacles)
         states, reason, moved = plan.path.states, plan.reason, float(plan.start_moved)
-        if plan.success and states.shape[1] == len(q.goal):
+        left = q.bounds.left(states) if plan.success and states.shape[1] == len(q.goal) else ""
+        if plan.success and states.shape[1] == len(q.goal) and not left:
             return Renewal(*timed(states, q.velocity, q.obstacles, q.bounds), reason, True, moved)
         if plan.success:
-            reason = f"The planner's path has {states.shape[1]} coordinates."
+            reason = left or f"The planner's path has {states.shape[1]} coordinates."
     except Exception as error:  # a planner of the user's may fail in any way, and the robot must go on
         reason = f"{type(error).__name__}: {error}"
     with suppress(Exception):

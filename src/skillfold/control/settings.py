@@ -10,6 +10,7 @@ from skillfold.manifold.inputs import amount
 from skillfold.motion import Array, Plan
 
 RATE = 12.0  # 1/s, fastest change of the reference's rate
+SLIGHT = 1e-3  # rad or m that a path may leave the limits by: so little is not missed
 UNKNOWN = 1e4  # velocity that none has whose limits are unknown
 
 
@@ -78,6 +79,15 @@ class Bounds:
     def slower(self, pace: float) -> "Bounds":
         """The same for motions at that share of the speed."""
         return replace(self, velocity=pace * self.velocity, acceleration=pace**2 * self.acceleration)
+
+    def left(self, states: Array) -> str:
+        """Where a path (n, D) leaves the limits of positions, in words; nothing where it does not."""
+        beyond = np.maximum(self.lower - states, states - self.upper)
+        i, c = (int(k) for k in np.unravel_index(np.argmax(beyond), beyond.shape))
+        if beyond[i, c] <= SLIGHT:
+            return ""
+        ends = f"{self.lower[c]:.4g} to {self.upper[c]:.4g}"
+        return f"State {i} of the path has coordinate {c} at {states[i, c]:.4g}, outside the limits {ends}."
 
     @property
     def brake(self) -> float:
@@ -150,3 +160,9 @@ def check(skill: Any, plan: Plan, robot: Any, gains: Any, planner: Any, load: An
         raise InputError("The skill has quaternions; expected coordinates that subtract, such as joint positions.")
     if robot is not None and robot.dof != skill.n_dims:
         raise InputError(f"{robot.name} has {robot.dof} joints; the skill has {skill.n_dims} coordinates.")
+    left = Bounds.of(skill, robot).left(plan.path.states)
+    if left:
+        raise InputError(
+            f"{left} Fit the skill with space=robot.space, or plan with obstacles=robot.obstacles(scene): "
+            "both keep the robot's limits."
+        )
