@@ -38,6 +38,9 @@ def test_a_demo_column_tells_recordings_apart(tmp_path):
         "\ufeffx,y\n1,2\n3,4",
         '# x, "y"\n 1 , 2\n\n3,4\n,\n',
         "x,y\r1,2\r3,4\r",
+        "x,y,\n1,2,\n3,4,\n",
+        "x;y;\n1;2\n3;4\n",
+        "x,y\n1,2,\n3,4,\n",
         "\n\nx,y\n1,2\n3,4\n",
     ],
 )
@@ -87,6 +90,20 @@ def test_what_is_wrong_is_told_with_file_row_column_and_value(tmp_path, text, to
     with pytest.raises(RecordingError, match=told) as caught:
         load(tmp_path, text)
     assert "walk.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("x;y\n1,5;2,5\n3;4\n", "'1,5'; expected a number with a decimal point"),
+        ("x y\n1 2\n3 4\n", "'1 2'; expected a number; columns are parted by commas, semicolons or tabs"),
+        ("x,y,\n1,,\n3,4,\n", "row 2, column 'y': value ''"),
+    ],
+)
+def test_what_another_program_would_read_is_told_how_to_be_written(tmp_path, text, told):
+    with pytest.raises(RecordingError) as caught:
+        load(tmp_path, text)
+    assert told in str(caught.value)
 
 
 def test_round_trip(tmp_path):

@@ -50,7 +50,15 @@ def _table(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     rows = [(number, row) for number, row in rows if any(row)]
     if not rows:
         raise RecordingError(f"{path}: the file is empty; expected a header and two rows at least.")
-    return rows[0][1], rows[1:]
+    header = rows[0][1]
+    last = len(header) - 1
+    width = last + any(any(row[last : last + 1]) for _, row in rows)
+    return header[:width], [(number, _without_end(row, width)) for number, row in rows[1:]]
+
+
+def _without_end(row: list[str], width: int) -> list[str]:
+    """A row without the blank that a comma at the end of the line makes."""
+    return row[:width] if len(row) == width + 1 and not row[-1] else row
 
 
 def _text(path: Path) -> str:
@@ -127,7 +135,9 @@ def _recording(
 def _value(text: str, path: Path, row: int, column: str) -> float:
     if _is_number(text) and "_" not in text:  # Python reads 1_000 as a number, nobody else does
         return float(text)
-    raise RecordingError(f"{path}, row {row}, column '{column}': value {text!r}; expected a number.")
+    wanted = "a number with a decimal point" if "," in text else "a number"
+    wanted += "; columns are parted by commas, semicolons or tabs" if " " in text else ""
+    raise RecordingError(f"{path}, row {row}, column '{column}': value {text!r}; expected {wanted}.")
 
 
 def write_csv(path: Path, recordings: Sequence[tuple[str, Any, Any]], names: tuple[str, ...]) -> None:
