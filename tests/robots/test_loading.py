@@ -213,6 +213,7 @@ UNUSABLE = [
     ("<robot", "no readable XML"),
     ("", "no readable XML"),
     ("<html></html>", "root element is <html>"),
+    (arm('<x:arm xmlns:x="http://www.ros.org/wiki/xacro"/>'), "xacro macros.* expand them first"),
     ("<mujoco><worldbody><bod/></worldbody></mujoco>", "unrecognized element.*'bod'"),
     ("<mujoco/>", "no joints that move"),
     (

@@ -9,6 +9,7 @@ from pathlib import Path
 from skillfold.errors import RobotError
 
 READABLE = (".stl", ".obj", ".msh")
+MACROS = ("{http://www.ros.org/wiki/xacro", "{http://ros.org/wiki/xacro")  # how their elements begin
 JOINT_KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
@@ -37,6 +38,8 @@ def prepare(root: ET.Element, file: Path) -> tuple[str, Facts]:
     Raises:
         RobotError: names the link or joint, the file that is missing or cannot be read, and where it was looked for.
     """
+    if any(element.tag.startswith(MACROS) for element in root.iter()):
+        raise RobotError(f"{file}: has xacro macros in it; expand them first: xacro {file.name} > robot.urdf.")
     facts = Facts()
     for link in root.iter("link"):
         for visual in link.findall("visual"):
