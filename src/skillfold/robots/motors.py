@@ -23,7 +23,7 @@ def torque_limits(model: Any, numbers: Indices) -> Array:
     for k, number in enumerate(numbers):
         motors = np.flatnonzero(at_joints & (model.actuator_trnid[:, 0] == number))
         if len(motors):
-            torque[k] = min(torque[k], float(_least(sum(_forces(model, i) for i in motors))))
+            torque[k] = min(torque[k], float(_least(sum(_forces(model, int(i)) for i in motors))))
     return torque
 
 
