@@ -39,6 +39,16 @@ def test_squared_gap_and_facing():
         np.testing.assert_allclose(turns, np.round(turns), atol=1e-12)
 
 
+def test_wound():
+    rng, out = np.random.default_rng(0), np.empty(4)
+    for a, b in rng.uniform(-20, 20, (20, 2, 4)):
+        edges.wound(TURNING, a, b, out)
+        np.testing.assert_allclose(b - out - a, twins.difference(TURNING == 1, a, b), atol=1e-12)
+        np.testing.assert_allclose(out / TURN, np.round(out / TURN), atol=1e-12)
+    edges.wound(TURNING, np.zeros(4), np.array([3.1, 9.0, -9.0, -3.1]), out)
+    np.testing.assert_array_equal(out, 0.0)
+
+
 def test_excess_at(world, work):
     twin = twins.Twin(world)
     for a, b in pairs_of(world, 6):

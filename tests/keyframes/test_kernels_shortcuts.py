@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from keyframes import planner_twins as twins
-from keyframes.asked import asked
+from keyframes.asked import TURN, asked
 from manifold.kernels import callable_of
 from skillfold.keyframes.grown import dense, length_of
 from skillfold.keyframes.kernels import shortcuts as _shortcuts
@@ -79,3 +79,16 @@ def test_shorten_keeps_to_its_room():
     count = shorten(world.table, room, 9, np.random.default_rng(0).random((40, 2)))
     assert count <= 9 and length_of(room[:count]) <= length_of(path)
     assert shorten(world.table, room, count, np.empty((0, 2))) == count
+
+
+@pytest.mark.parametrize("turns", [1, -2])
+def test_shortcuts_of_a_way_that_winds_round_a_joint_are_the_ones_that_were_looked_at(turns):
+    world = asked()
+    way = np.array([0.0, 0.0, 0.0, 0.0, 0.0, TURN * turns])
+    path = world.start + np.linspace(0.0, 1.0, 5 * abs(turns))[:, None] * way
+    path = np.vstack([path, path[-1] + 0.01])
+    room = np.vstack([path, np.empty((4, 6))])
+    short = room[: shorten(world.table, room, len(path), np.array([[0.0, 1.0 - 1e-9]]))]
+    np.testing.assert_allclose(short[-1], path[-1] - way, atol=1e-12)
+    assert length_of(short) == pytest.approx(0.01 * np.sqrt(6), rel=1e-6)
+    assert world.leg.hold.contains(world.robot.forward(dense(short, 0.005))).all()

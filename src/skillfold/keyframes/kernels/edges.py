@@ -7,7 +7,7 @@ import numpy as np
 
 from skillfold.jit import inner
 from skillfold.keyframes.kernels.descent import tool_pose, turned
-from skillfold.keyframes.kernels.problem import Problem, Work
+from skillfold.keyframes.kernels.problem import FULL, Problem, Work
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -33,6 +33,13 @@ def facing(turning: Indices, a: Array, b: Array, out: Array) -> None:
     """Write b (D,) less full turns, so that the edge from a is straight; `out` may be b."""
     for k in range(a.size):
         out[k] = a[k] + turned(b[k] - a[k]) if turning[k] else b[k]
+
+
+@inner
+def wound(turning: Indices, a: Array, b: Array, out: Array) -> None:
+    """Write the full turns (D,) that b (D,) must lose to face a; zeros where it does."""
+    for k in range(a.size):
+        out[k] = FULL * math.floor((b[k] - a[k]) / FULL + 0.5) if turning[k] else 0.0
 
 
 @inner

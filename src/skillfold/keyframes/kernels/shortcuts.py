@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from skillfold.jit import inner, njit
-from skillfold.keyframes.kernels.edges import edge_is_clear, seems_to_hold
+from skillfold.keyframes.kernels.edges import edge_is_clear, seems_to_hold, wound
 from skillfold.keyframes.kernels.problem import make_work, problem_at
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -60,17 +60,21 @@ def shorten(table: Indices, path: Array, count: int, picks: Array) -> int:
     """Straight shortcuts between places of a path, its first `count` rows, in place; the number of rows left.
 
     Each row of `picks` (r, 2) in [0, 1) names two places by their share of the length. Rows face each other: no edge
-    is longer than half a turn of a continuous joint.
+    is longer than half a turn of a continuous joint. Where the way between winds round such a joint, the shortcut
+    turns it the shorter way, and all rows behind lose the full turns.
     """
     D, problem = path.shape[1], problem_at(table)
-    a, b, work = np.empty(D), np.empty(D), make_work(D)
+    a, b, turns, work = np.empty(D), np.empty(D), np.empty(D), make_work(D)
     for r in range(len(picks)):
         total = 0.0
         for i in range(count - 1):
             total += step_length(path, i)
         first, last = min(picks[r, 0], picks[r, 1]) * total, max(picks[r, 0], picks[r, 1]) * total
         i, j = point_at(path, count, first, a), point_at(path, count, last, b)
+        wound(problem.turning, a, b, turns)
         chord = 0.0
+        for k in range(D):
+            b[k] -= turns[k]
         for k in range(D):
             chord += (b[k] - a[k]) ** 2
         gained = last - first - math.sqrt(chord)
@@ -78,4 +82,7 @@ def shorten(table: Indices, path: Array, count: int, picks: Array) -> int:
             continue
         if seems_to_hold(problem, a, b, work) and edge_is_clear(problem, a, b, work):
             count = splice(path, count, i, j, a, b)
+            for row in range(i + 3, count):
+                for k in range(D):
+                    path[row, k] -= turns[k]
     return count
