@@ -52,7 +52,7 @@ class Asked:
 
     @cached_property
     def question(self) -> Question:
-        return self.leg.question(self.start)[0]
+        return self.leg.question(self.start)
 
     @cached_property
     def problem(self) -> Problem:

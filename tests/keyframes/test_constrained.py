@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
+from time import perf_counter, sleep
 
 import numpy as np
 import pytest
@@ -110,6 +111,66 @@ def test_a_users_error_is_the_users(robot):
         plan_constrained(robot, Above(0.0, wrong=True), start, start)
 
 
+class Late(Above):
+    """Right for a while; then it is slow, or wrong."""
+
+    calls = 0
+
+    def distance(self, poses):
+        self.calls += 1
+        if self.calls > 150:
+            self.late()
+        return super().distance(poses)
+
+    def late(self):
+        raise RuntimeError("mine, later")
+
+
+class Slow(Late):
+    def late(self):
+        sleep(0.02)
+
+
+def far_posture(robot):
+    """A pose that is reached on ways round only."""
+    goal = robot.forward(robot.home)
+    return goal + np.array([-0.15, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def test_a_users_error_ends_the_search_at_once(robot):
+    begun = perf_counter()
+    with pytest.raises(RuntimeError, match="mine, later"):
+        plan_constrained(robot, Late(0.3), robot.home, far_posture(robot), time_limit=600.0)
+    assert perf_counter() - begun < 60.0
+
+
+def test_a_slow_constraint_takes_no_more_than_the_time_given(robot):
+    """A batch of targets alone asks it some thousand times."""
+    plan = plan_constrained(robot, Slow(0.3), robot.home, far_posture(robot), time_limit=0.5)
+    assert plan.stats["seconds"] < 5.0
+    assert plan.success or "No way" in plan.reason
+
+
+@pytest.mark.parametrize(
+    ("name", "answer"),
+    [
+        ("distance", 0.0),
+        ("distance", None),
+        ("distance", np.array([[0.0]])),
+        ("project", None),
+        ("project", np.zeros((1, 3))),
+        ("project", np.full((32, 7), np.nan)),
+        ("sample", np.zeros((3, 7))),
+        ("sample", "some"),
+    ],
+)
+def test_wrong_answers_of_a_user_are_told(robot, name, answer):
+    constraint = Above(0.3)
+    setattr(constraint, name, lambda *given: answer)
+    with pytest.raises(InputError, match="constraint: "):
+        plan_constrained(robot, constraint, robot.home, far_posture(robot), time_limit=5.0)
+
+
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
@@ -121,6 +182,7 @@ def test_a_users_error_is_the_users(robot):
         ({"tolerance": "wide"}, "tolerance"),
         ({"constraint": 3}, "distance"),
         ({"constraint": Above}, "constraint"),
+        ({"constraint": type("Odd", (Above,), {"compiled": None})(0.0)}, "compiled"),
         ({"q_start": None}, "joint positions"),
         ({"stop": "never"}, "stop"),
     ],

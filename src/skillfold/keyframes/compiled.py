@@ -2,15 +2,16 @@
 
 import ctypes
 from functools import cache
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from skillfold.errors import InputError
-from skillfold.jit import function_at, pointer
+from skillfold.jit import compile_for, function_at, pointer
 from skillfold.keyframes.constraint import Array, CompiledConstraint, Indices, PoseConstraint
-from skillfold.keyframes.kernels import envelope, hand_written
-from skillfold.robots.poses import read_pose
+from skillfold.keyframes.foreign import Foreign, known
+from skillfold.keyframes.kernels import charts, envelope, hand_written
 from skillfold.tables import Table
 
 SLACK = 1e-6  # metres: projections that users write need not be exact
@@ -21,20 +22,26 @@ def compiled_constraint(constraint: PoseConstraint) -> CompiledConstraint:
     """Any constraint for compiled loops: its own `compiled()` where it has that, else calls back into Python.
 
     Those take some 10 µs each, and what the constraint itself takes. What goes wrong in them is kept in
-    `owner.error`, and the pose counts as infinitely far outside: whoever runs the loop raises it afterwards (see
-    `raise_error`).
+    `owner.error`, and from then on poses count as infinitely far outside: whoever runs the loop raises it afterwards
+    (see `raise_error`). The same once the time is up that `call_until` sets.
 
     Raises:
         InputError: it has neither `compiled` nor `distance` and `project`.
     """
-    if hasattr(constraint, "compiled"):
-        return constraint.compiled()  # pyright: ignore[reportAttributeAccessIssue]
-    missing = [name for name in ("distance", "project") if not callable(getattr(constraint, name, None))]
-    if missing:
-        kind = type(constraint).__name__
-        raise InputError(f"constraint: {kind} has no {' and no '.join(missing)}; expected both to take poses (n, 7).")
-    callback = Callback(constraint)
-    return CompiledConstraint(*_callback_functions(), callback.addresses, callback)
+    known_one = known(constraint)
+    if isinstance(known_one, Foreign):
+        callback = Callback(known_one)
+        return CompiledConstraint(*_callback_functions(), callback.addresses, callback)
+    compiled = known_one.compiled() if callable(known_one.compiled) else None
+    if not isinstance(compiled, CompiledConstraint):
+        raise InputError(f"constraint: compiled of {type(constraint).__name__} gives no CompiledConstraint.")
+    return compiled
+
+
+def call_until(compiled: CompiledConstraint, deadline: float) -> None:
+    """Have a user's constraint called no more after that time, in seconds of `perf_counter`."""
+    if isinstance(compiled.owner, Callback):
+        compiled.owner.deadline = deadline
 
 
 def raise_error(compiled: CompiledConstraint) -> None:
@@ -43,6 +50,19 @@ def raise_error(compiled: CompiledConstraint) -> None:
     if error is not None:
         compiled.owner.error = None
         raise error
+
+
+@cache
+def prepare_constraints() -> None:
+    """Have ready all kinds of constraints, and what asks them for many poses at once."""
+    (excess, project), *_ = [functions() for functions in FUNCTIONS]
+    table, rows = np.empty(0, np.int64), np.empty((0, 0))
+    compile_for(charts.flat, rows, rows.ravel(), rows)
+    compile_for(charts.full, rows, rows.ravel(), rows)
+    compile_for(envelope.memberships, rows, table, rows.ravel(), rows.ravel())
+    compile_for(envelope.projections, rows, table, rows, rows.ravel())
+    compile_for(hand_written.excesses, excess, rows, table, rows.ravel())
+    compile_for(hand_written.projections, project, rows, table, rows)
 
 
 def constraint_pointers(excess: Any, project: Any) -> tuple[Any, Any]:
@@ -62,10 +82,12 @@ class Callback:
     Attributes:
         addresses: (2,) of the functions for the excess and the projection.
         error: the first that was raised since it was last cleared, or None.
+        deadline: after which it is not called any more, in seconds of `perf_counter`.
     """
 
-    def __init__(self, constraint: PoseConstraint) -> None:
+    def __init__(self, constraint: Foreign) -> None:
         self.error: BaseException | None = None
+        self.deadline = np.inf
         self._constraint = constraint
         self._calls = _CALL(self._excess), _CALL(self._project)  # live as long as their addresses are used
         self.addresses = np.array([ctypes.cast(call, ctypes.c_void_p).value for call in self._calls], np.int64)
@@ -77,22 +99,20 @@ class Callback:
         return self._guarded(lambda: self._projected(_numbers(pose), _numbers(out)))
 
     def _distance(self, pose: Array) -> float:
-        distance = float(np.reshape(self._constraint.distance(pose[None].copy()), ()))
-        if np.isnan(distance):
-            raise InputError(f"constraint: distance is NaN at the pose {pose.round(6).tolist()}; expected metres.")
-        return distance - SLACK
+        return float(self._constraint.distance(pose[None])[0]) - SLACK
 
     def _projected(self, pose: Array, out: Array) -> float:
         excess = self._distance(pose)
-        nearest = self._constraint.project(pose[None].copy()) if excess > 0.0 else pose
-        out[:] = read_pose(np.reshape(nearest, -1), "constraint: projection")
+        out[:] = self._constraint.project(pose[None])[0] if excess > 0.0 else pose
         return excess
 
     def _guarded(self, call: Any) -> float:
+        if self.error is not None or perf_counter() > self.deadline:
+            return np.inf
         try:
             return call()
         except BaseException as error:  # a compiled loop cannot let it through
-            self.error = self.error or error
+            self.error = error
             return np.inf
 
 
@@ -171,3 +191,6 @@ def plane_functions() -> tuple[Any, Any]:
 def region_functions() -> tuple[Any, Any]:
     """Excess and projection of `TaskSpaceRegion`."""
     return constraint_pointers(_region_excess, _region_project)
+
+
+FUNCTIONS = _chain_functions, _callback_functions, upright_functions, plane_functions, region_functions

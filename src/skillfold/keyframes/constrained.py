@@ -11,8 +11,8 @@ from skillfold.errors import InputError
 from skillfold.keyframes.answers import not_begun, told
 from skillfold.keyframes.asking import obstacles_of, read_limits, read_start, start_trouble
 from skillfold.keyframes.charts import LENGTH, PoseChart
-from skillfold.keyframes.compiled import compiled_constraint, raise_error
 from skillfold.keyframes.constraint import PoseConstraint
+from skillfold.keyframes.foreign import known
 from skillfold.keyframes.gaussians import PoseGaussian
 from skillfold.keyframes.grown import Targets
 from skillfold.keyframes.legs import Leg, lengths
@@ -91,8 +91,7 @@ def plan_constrained(
     start = read_start(robot, q_start)
     if isinstance(constraint, type):
         raise InputError(f"constraint: the class {constraint.__name__}; expected an object of it.")
-    constraint = constraint.region if isinstance(constraint, PoseGaussian) else constraint
-    compiled = compiled_constraint(constraint)
+    constraint = constraint.region if isinstance(constraint, PoseGaussian) else known(constraint)
     allowed, level = _levels(constraint, tolerance)
     end = _read_goal(robot, goal, goal_is)
     pose = robot.forward(start)
@@ -107,7 +106,6 @@ def plan_constrained(
     level = float(max(level, min(excess, 0.0)))
     leg = _leg(robot, obstacles, constraint, end, pose, level, allowed)
     found, reason = leg.search(search, start, begun, begun + limit, stop == "first", int(seed))
-    raise_error(compiled)
     outcome = Outcome(np.empty((0, robot.dof)), reason, found=found, nodes=found.nodes, iterations=found.iterations)
     if not reason and not len(found.path):
         outcome.reason = f"No way was found with {found.nodes} nodes."
@@ -152,7 +150,8 @@ def _read_goal(robot: Robot, goal: Any, goal_is: Any) -> Goal:
             raise InputError(
                 f"goal: {type(goal).__name__} has no sample(count, seed); expected a constraint that has."
             )
-        return Goal(goal, None, np.asarray(goal.sample(1, 0))[0], goal.sample)
+        region = known(goal)
+        return Goal(region, None, region.sample(1, 0)[0], region.sample)
     size = np.size(goal) if isinstance(goal, np.ndarray | list | tuple) else 0
     if size == robot.dof == 7 and goal_is == "auto":
         raise InputError("goal: seven numbers may be a pose or joint positions; say goal_is='pose' or 'joints'.")

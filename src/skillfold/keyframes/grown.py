@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.keyframes.compiled import raise_error
+from skillfold.keyframes.constraint import CompiledConstraint
 from skillfold.keyframes.kernels import rrtstar as kernel
 from skillfold.keyframes.kernels.nodes import Tree
 from skillfold.tables import Table, table_of
@@ -59,12 +61,19 @@ class Question:
         margin: clearance [m] that edges keep.
         turning: (D,) which joints are continuous.
         limits: (2, D) of the joints.
+        constraints: that the loops may call.
     """
 
     table: Table
     margin: float
     turning: Flags
     limits: Array
+    constraints: tuple[CompiledConstraint, ...] = ()
+
+    def raise_errors(self) -> None:
+        """Raise what went wrong in users' constraints since this was last asked."""
+        for constraint in self.constraints:
+            raise_error(constraint)
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,15 @@
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from skillfold.check import Check, check_path
 from skillfold.keyframes.charts import LENGTH, PoseChart
-from skillfold.keyframes.compiled import compiled_constraint, raise_error
-from skillfold.keyframes.constraint import CompiledConstraint, PoseConstraint
+from skillfold.keyframes.compiled import call_until, compiled_constraint
+from skillfold.keyframes.constraint import PoseConstraint
 from skillfold.keyframes.grown import REACH, Found, Question, Targets, dense
 from skillfold.keyframes.kernels import problem as slots
 from skillfold.keyframes.kernels.reaching import reach
@@ -57,8 +58,8 @@ class Leg:
     targets: Targets
     kept: float = KEPT
 
-    def question(self, start: Array) -> tuple[Question, list[CompiledConstraint]]:
-        """The same for compiled loops; and the constraints, whose errors are raised after them.
+    def question(self, start: Array) -> Question:
+        """The same for compiled loops.
 
         Where the start has less than the margin, edges keep half of what it has.
         """
@@ -86,22 +87,23 @@ class Leg:
             slots.METRIC: self.metric,
         }
         table = table_of(arrays, slots.SLOTS, self.robot, hold, goal, clear)
-        return Question(table, margin, turning, limits), [hold, goal]
+        return Question(table, margin, turning, limits, (hold, goal))
 
     def search(
         self, search: Search, start: Array, begun: float, deadline: float, first: bool, seed: int
     ) -> tuple[Found, str]:
         """A way from joint positions (D,), or why there can be none, in words; arguments as of `rrtstar.search`."""
-        question, constraints = self.question(start)
-        why = "" if self.goal is None else self.unreachable(question, start, seed)
+        question = self.question(start)
+        for constraint in question.constraints:
+            call_until(constraint, deadline)
+        why = "" if self.goal is None else self.unreachable(question, start, deadline, seed)
         found = Found(np.empty((0, len(start))))
         if not why:
             found = search(question, start, self.targets, begun, deadline, first, seed)
-        for constraint in constraints:
-            raise_error(constraint)
+        question.raise_errors()
         return found, why
 
-    def unreachable(self, question: Question, start: Array, seed: int) -> str:
+    def unreachable(self, question: Question, start: Array, deadline: float, seed: int) -> str:
         """Why the goal cannot be reached from anywhere, as far as many descents tell; empty where it seems it can."""
         rng, hits = np.random.default_rng(seed), Counter[str]()
         for turn, count in enumerate(DESCENTS):
@@ -119,6 +121,9 @@ class Leg:
                     return ""
                 hits[self.obstacles.nearest(state)] += 1
                 used += at + 1
+            question.raise_errors()
+            if perf_counter() > deadline:
+                return ""
         if hits:
             return f"The goal is blocked: {hits.most_common(1)[0][0]}, in all {hits.total()} postures found there."
         return f"The goal is out of reach: none of {sum(DESCENTS)} descents, from the start and elsewhere, got there."

@@ -34,6 +34,7 @@ def search_printed(
         drawn = targets.draw(rng, BATCH)[0]
         anywhere = rng.uniform(0.0, TURN, (BATCH, dof))
         found.iterations += kernel.grow_printed(question.table.entries, tree.table.entries, drawn, anywhere)
+        question.raise_errors()
     found.nodes, found.tree, goals = tree.count, tree.copied(), tree.goals()
     if len(goals):
         found.path = facing_path(tree.nodes.q[way_to(tree, int(goals[0]))], question.turning)

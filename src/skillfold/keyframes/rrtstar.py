@@ -115,7 +115,9 @@ class Growth:
 
     def grow(self, batch: Batch, first: bool) -> int:
         """Use a batch of targets; how many were used."""
-        return kernel.grow(self.question.table.entries, self.tree.table.entries, *batch, first)
+        used = kernel.grow(self.question.table.entries, self.tree.table.entries, *batch, first)
+        self.question.raise_errors()
+        return used
 
     def near_ends(self) -> Array:
         """Joint positions (n, D) in the goal, nearest to the start first; none where one is asked for."""
