@@ -6,6 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from skillfold.jit import compile_for
+from skillfold.keyframes.compiled import prepare_constraints
 from skillfold.keyframes.grown import (
     REACH,
     ROOM,
@@ -25,6 +26,9 @@ from skillfold.keyframes.kernels import rrtstar as kernel
 from skillfold.keyframes.kernels.reaching import reach
 from skillfold.keyframes.kernels.relaxing import approach, relax
 from skillfold.keyframes.kernels.shortcuts import shorten
+from skillfold.robots.compiled import prepare_obstacles
+from skillfold.robots.kinematics import poses
+from skillfold.worst import worst_places
 
 BATCHES = (32, 64, 128)  # targets between two looks at the clock, the last again and again
 SHORTCUTS = 12  # tried on each path
@@ -40,8 +44,15 @@ ENDS, SLIDES, NEAR = 16, 300, 4  # descents to the goal, moves of each nearer to
 
 @cache
 def prepare() -> None:
-    """Have the compiled loops ready, once: no time limit should have to wait for them."""
+    """Have the compiled loops ready, once, also those of poses, constraints, obstacles and the check.
+
+    No time limit should have to wait for them: a first plan that does so is another one than the second.
+    """
+    prepare_obstacles()
+    prepare_constraints()
     table, rows, flag = np.empty(0, np.int64), np.empty((0, 0)), True
+    compile_for(poses, rows, 0, rows.ravel(), rows.ravel(), table, rows)
+    compile_for(worst_places, rows.ravel(), rows.ravel(), rows)
     compile_for(kernel.plant, table, table, rows.ravel())
     compile_for(kernel.grow, table, table, rows, table, table, rows, flag)
     compile_for(kernel.prove, table, table, 0)
