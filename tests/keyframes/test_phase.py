@@ -49,6 +49,14 @@ def test_override(line):
             line.phase(pose(0.0), start_at=wrong)
 
 
+def test_a_single_keyframe_has_no_pair():
+    skill = KeyframeSkill.fit(row([0.0]), 1)
+    assert skill.phase(pose(0.0)).done
+    for where, start_at in ((5.0, None), (0.0, 0), (5.0, 0)):
+        with pytest.raises(InputError, match="one keyframe"):
+            skill.phase(pose(where), start_at)
+
+
 def test_a_turn_counts(line):
     turned = np.append([0.0, 0, 0], Rotation.from_rotvec([1.0, 0, 0]).as_quat(scalar_first=True))
     assert line.phase(turned).outside > 0.05

@@ -48,7 +48,7 @@ def phase_of(
         start_at: the pair, whatever the pose.
 
     Raises:
-        InputError: no such pair.
+        InputError: no such pair, or none at all: a single Gaussian, and the pose outside.
     """
     last = len(gaussians) - 1
     if start_at is not None:
@@ -58,18 +58,25 @@ def phase_of(
         return Phase(last, True, 0.0, f"inside the last Gaussian ({last}): nothing is left to do")
     if inside:
         return Phase(inside[0], False, 0.0, f"inside Gaussian {inside[0]}")
+    _some(envelopes)
     outside = np.array([float(envelope.distance(pose)) for envelope in envelopes])
     pair = int(outside.argmin())
     return Phase(pair, False, float(outside[pair]), _place(pair, float(outside[pair])))
 
 
 def _chosen(envelopes: Sequence[SoftEnvelope], pose: Any, start_at: Any) -> Phase:
+    _some(envelopes)
     whole = isinstance(start_at, int | np.integer) and not isinstance(start_at, bool)
     pair = int(start_at) if whole else -1
     if not 0 <= pair < len(envelopes):
         raise InputError(f"start_at={start_at!r:.40}; expected a pair from 0 to {len(envelopes) - 1}.")
     outside = float(envelopes[pair].distance(pose))
     return Phase(pair, False, outside, _place(pair, outside))
+
+
+def _some(envelopes: Sequence[SoftEnvelope]) -> None:
+    if not envelopes:
+        raise InputError("The skill has one keyframe, and no pair to start with; expected two keyframes at least.")
 
 
 def _place(pair: int, outside: float) -> str:
