@@ -191,6 +191,16 @@ def test_printed_variant(robot, skill, start):
     assert plan.success <= inside
 
 
+@pytest.mark.parametrize("variant", ["mended", "paper"])
+def test_a_start_in_the_goal_is_a_path(robot, variant):
+    pose = robot.forward(robot.home)
+    shifts = np.linspace(-0.02, 0.02, 5)[:, None, None] * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    skill = KeyframeSkill.fit(pose + shifts + np.array([[0.0], [0.001]]) * np.eye(7)[0], 2)
+    plan = skill.plan(robot, variant=variant, start_at=0, time_limit=5.0)
+    assert plan.success and plan.length == 0.0, plan.reason
+    np.testing.assert_array_equal(plan.path.states, [robot.home, robot.home])
+
+
 @pytest.mark.parametrize(
     ("asked", "words"),
     [

@@ -37,7 +37,8 @@ def search_printed(
         question.raise_errors()
     found.nodes, found.tree, goals = tree.count, tree.copied(), tree.goals()
     if len(goals):
-        found.path = facing_path(tree.nodes.q[way_to(tree, int(goals[0]))], question.turning)
+        way = tree.nodes.q[way_to(tree, int(goals[0]))]
+        found.path = facing_path(way if len(way) > 1 else np.repeat(way, 2, axis=0), question.turning)
         found.cost, found.first = length_of(found.path), perf_counter() - begun
         found.costs.append((found.first, found.cost))
     return found
