@@ -178,11 +178,12 @@ class Tree:
             self.weights[near] *= rrtstar.REFUSED
         return newest
 
-    def get_inside(self, q, target):
+    def get_inside(self, q, target, goal):
         before = np.inf
         for _ in range(rrtstar.STEPS):
             q, left = self.twin.descend(q, target, False)
-            if self.twin.is_inside(self.twin.robot.forward(q)):
+            pose = self.twin.robot.forward(q)
+            if self.twin.is_inside(pose) and (not goal or self.twin.is_goal(pose)):
                 return q
             if left > rrtstar.PROGRESS * before:
                 return None
@@ -208,7 +209,8 @@ class Tree:
             if kinds[t] == rrtstar.FROM_TREE:
                 newest = self.extend(target, not first)
             else:
-                q = starts[t] if kinds[t] >= rrtstar.JOIN else self.get_inside(starts[t], target)
+                far = kinds[t] == rrtstar.FROM_FAR
+                q = starts[t] if kinds[t] >= rrtstar.JOIN else self.get_inside(starts[t], target, far)
                 newest = -1 if q is None else self.connect(q, not first)
                 if kinds[t] == rrtstar.END and newest >= 0:
                     same = gap(self.twin.turning, self.q[newest], starts[t]) < 1e-9

@@ -111,6 +111,13 @@ def test_a_users_error_is_the_users(robot):
         plan_constrained(robot, Above(0.0, wrong=True), start, start)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_goal_is_found_where_nothing_is_outside(robot, seed):
+    """All its postures are far from those near it in the workspace."""
+    plan = plan_constrained(robot, Above(-5.0), robot.home, far_posture(robot), seed=seed, time_limit=30.0)
+    assert plan.success, plan.reason
+
+
 class Late(Above):
     """Right for a while; then it is slow, or wrong."""
 

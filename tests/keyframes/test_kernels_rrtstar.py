@@ -52,7 +52,7 @@ def test_plant(world):
 
 
 @pytest.mark.parametrize("first", [False, True])
-@pytest.mark.parametrize("kinds", [kernel.FROM_TREE, kernel.FROM_START, kernel.JOIN, kernel.END])
+@pytest.mark.parametrize("kinds", [kernel.FROM_TREE, kernel.FROM_START, kernel.FROM_FAR, kernel.JOIN, kernel.END])
 def test_grow(world, kinds, first):
     """`extend`, `get_inside`, `connect`, `try_add`, `add` and all below: the same nodes hang on the same ones."""
     targets, _, froms, starts = batch(world, 25, kinds)

@@ -16,7 +16,7 @@ from skillfold.keyframes.foreign import known
 from skillfold.keyframes.gaussians import PoseGaussian
 from skillfold.keyframes.grown import Targets
 from skillfold.keyframes.legs import Leg, lengths
-from skillfold.keyframes.pairs import Outcome
+from skillfold.keyframes.pairs import Asked, Outcome, checked_path
 from skillfold.keyframes.region import PoseRegion
 from skillfold.keyframes.rrtstar import prepare, search
 from skillfold.motion import Plan
@@ -105,13 +105,8 @@ def plan_constrained(
     excess = constraint.membership(pose)[0] ** 0.5 - 1.0 if isinstance(constraint, PoseRegion) else level
     level = float(max(level, min(excess, 0.0)))
     leg = _leg(robot, obstacles, constraint, end, pose, level, allowed)
-    found, reason = leg.search(search, start, begun, begun + limit, stop == "first", int(seed))
-    outcome = Outcome(np.empty((0, robot.dof)), reason, found=found, nodes=found.nodes, iterations=found.iterations)
-    if not reason and not len(found.path):
-        outcome.reason = f"No way was found with {found.nodes} nodes."
-    if not outcome.reason:
-        outcome.states, outcome.check = leg.checked(found.path)
-        outcome.reason = outcome.check.reason
+    asked, outcome = Asked(robot, obstacles, 100.0, stop == "first", begun, search), Outcome(np.empty((0, robot.dof)))
+    outcome.states = checked_path(asked, leg, start, begun + limit, asked.first, int(seed), outcome)
     return told(robot, start, [outcome], begun, 0, "constrained")
 
 

@@ -101,7 +101,9 @@ class Targets:
         seeds = rng.integers(2**31, size=3).tolist()
         targets, states = self.inside(count, seeds[0]), self.states(count, seeds[1])
         targets[goals] = self.goal(len(goals), seeds[2])
-        if self.end is not None:
+        if self.end is None:
+            kinds[goals[kinds[goals] == kernel.FROM_START]] = kernel.FROM_FAR
+        else:
             kinds[goals[::2]] = kernel.END
             states[goals[::2]] = self.end
         return targets, kinds, np.full(count, -1), states

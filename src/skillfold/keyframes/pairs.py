@@ -113,18 +113,20 @@ def _try_gate(
     if not narrow.contains(asked.robot.forward(start)):
         until = perf_counter() + ENTRY * max(deadline - perf_counter(), 0.0)
         entry = replace(_entry(asked, wide, narrow, start), kept=outcome.kept)
-        states = _path(asked, entry, start, until, True, seed, outcome)
+        states = checked_path(asked, entry, start, until, True, seed, outcome)
         if outcome.reason:
             outcome.reason = f"From the start, no way into the reduced envelope: {outcome.reason}"
             return
         here, outcome.entered = states[-1], len(states) - 1
         parts.append(states[1:])
     leg = replace(_crossing(asked, wide, narrow, here, slack), kept=outcome.kept)
-    parts.append(_path(asked, leg, here, deadline, asked.first, seed, outcome)[1:])
+    parts.append(checked_path(asked, leg, here, deadline, asked.first, seed, outcome)[1:])
     outcome.states = np.vstack(parts)
 
 
-def _path(asked: Asked, leg: Leg, start: Array, deadline: float, first: bool, seed: int, outcome: Outcome) -> Array:
+def checked_path(
+    asked: Asked, leg: Leg, start: Array, deadline: float, first: bool, seed: int, outcome: Outcome
+) -> Array:
     """The checked path of one leg; where there is none, the outcome has the reason."""
     nothing = np.empty((0, len(start)))
     for attempt in range(CHECKS):
@@ -133,9 +135,8 @@ def _path(asked: Asked, leg: Leg, start: Array, deadline: float, first: bool, se
         outcome.nodes += found.nodes
         outcome.iterations += found.iterations
         if not outcome.reason and not len(found.path):
-            outcome.reason = (
-                f"No way was found with {outcome.nodes} nodes, in gates widened {outcome.factor:g} times."
-            )
+            wide = f", in gates widened {outcome.factor:g} times" if outcome.factor > 1.0 else ""
+            outcome.reason = f"No way was found with {outcome.nodes} nodes{wide}."
         if outcome.reason:
             return nothing
         states, outcome.check = leg.checked(found.path)

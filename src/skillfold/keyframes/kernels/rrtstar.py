@@ -33,7 +33,7 @@ STEPS = 40  # of one descent
 ARRIVED = 0.01  # metres: a target is reached
 PROGRESS = 0.98  # of the distance left: a descent that closes less in a step is stuck
 LEAST = 0.02  # radians: a shorter edge is not worth a node
-FROM_TREE, FROM_START, JOIN, END = range(4)  # how a target is used
+FROM_TREE, FROM_START, FROM_FAR, JOIN, END = range(5)  # how a target is used
 REFUSED = 2.0  # times as heavy: a node that could not be extended
 SAME = 1e-18  # square radians between joint positions that are the same
 
@@ -101,12 +101,16 @@ def connect(problem: Problem, tree: Tree, q: Array, star: bool, work: Work) -> i
 
 
 @inlined
-def get_inside(problem: Problem, q: Array, target: Array, work: Work) -> bool:
-    """Let joint positions q (D,) descend toward a target (6,) until their pose is inside; whether it is."""
+def get_inside(problem: Problem, q: Array, target: Array, goal: bool, work: Work) -> bool:
+    """Let joint positions q (D,) descend toward a target (6,) until their pose is inside; whether it is.
+
+    Where the target is one of the goal, until it is in the goal, too: where much is inside, a way there is not found
+    by poses inside alone, for most postures of the goal are far from those nearby in the workspace.
+    """
     before = math.inf
     for _ in range(STEPS):
         left = descend(problem, q, target, False, work)
-        if is_inside(problem.hold, work.pose):
+        if is_inside(problem.hold, work.pose) and not (goal and not is_inside(problem.goal, work.pose)):
             return True
         if left > PROGRESS * before:
             return False
@@ -133,8 +137,8 @@ def grow(
         table: of the problem.
         nodes: table of a tree that has a root.
         targets: (T, 6) chart coordinates.
-        kinds: (T,) how each is used: `FROM_TREE`, `FROM_START`; `JOIN` and `END` take starts as they are, and `END`
-            is a goal.
+        kinds: (T,) how each is used: `FROM_TREE`, `FROM_START`, `FROM_FAR` for those of the goal; `JOIN` and `END`
+            take starts as they are, and `END` is a goal.
         froms: (T,) nodes that `FROM_TREE` starts from; -1 is the nearest.
         starts: (T, D) random joint positions, overwritten.
         first: whether to stop at the first node in the goal. Nodes then hang where they were grown from: to choose
@@ -152,7 +156,7 @@ def grow(
             newest = extend(problem, tree, near, targets[t], not first, work)
             if newest < 0 and froms[t] < 0:
                 tree.weights[near] *= REFUSED
-        elif kinds[t] >= JOIN or get_inside(problem, starts[t], targets[t], work):
+        elif kinds[t] >= JOIN or get_inside(problem, starts[t], targets[t], kinds[t] == FROM_FAR, work):
             newest = connect(problem, tree, starts[t], not first, work)
             if kinds[t] == END and newest >= 0 and squared_gap(problem.turning, tree.q[newest], starts[t]) < SAME:
                 tree.goals[newest] = 1
