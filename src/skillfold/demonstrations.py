@@ -85,6 +85,8 @@ class Demonstrations:
         cls,
         path: str | PathLike[str] | Sequence[str | PathLike[str]],
         space: StateSpace | None = None,
+        *,
+        moving: bool = True,
     ) -> Self:
         """Read recordings from a CSV or NPZ file, a folder of them (in order of name), or a list of these.
 
@@ -97,6 +99,7 @@ class Demonstrations:
         Args:
             path: file, folder, or list of them.
             space: what the coordinates are, instead of what the names or the file tell.
+            moving: whether each must have two samples at least, and move. Keyframes need not.
 
         Raises:
             RecordingError: names the file, row, column and value.
@@ -104,7 +107,7 @@ class Demonstrations:
         # Readers of files stand above this module, which knows no format: imported only when asked for.
         from skillfold.io.recording_files import read
 
-        return cls.of(*read(path, space))
+        return cls.of(*read(path, space, moving))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write one file: `.npz` (every bit, and the space) or `.csv` with a `demo` column.

@@ -26,6 +26,7 @@ class Recording:
         label: its name among the demonstrations.
         place: the file or demonstration it came from, for messages.
         rows: the row of each sample in the file, where it came from a file with rows.
+        moving: whether it must have two samples at least, and move; keyframes need not.
     """
 
     states: Any
@@ -33,6 +34,7 @@ class Recording:
     label: str
     place: str
     rows: Sequence[int] | None = None
+    moving: bool = True
 
     def at(self, row: int, column: str | int | None = None) -> str:
         """Where a value stands, in words."""
@@ -111,7 +113,7 @@ def _number(value: Any, place: str, index: tuple[int, ...]) -> float:
 
 
 def checked_states(recording: Recording, names: tuple[str, ...]) -> Array:
-    """(n_steps, n_dims) states of a recording: finite, at least two of them, and moving.
+    """(n_steps, n_dims) states of a recording: finite, at least two of them, and moving where they must.
 
     Raises:
         RecordingError: names the place, row, column and value.
@@ -125,10 +127,12 @@ def checked_states(recording: Recording, names: tuple[str, ...]) -> Array:
         )
     if states.shape[1] == 0:
         raise RecordingError(f"{recording.place}: no coordinates; expected {expected}.")
-    if len(states) < 2:
-        raise RecordingError(f"{recording.place}: {len(states)} samples; expected two at least.")
+    if len(states) < 1 + recording.moving:
+        least = "two" if recording.moving else "one"
+        raise RecordingError(f"{recording.place}: {len(states)} samples; expected {least} at least.")
     check_finite(states, recording, names)
-    _check_moving(states, recording)
+    if recording.moving:
+        _check_moving(states, recording)
     return states
 
 

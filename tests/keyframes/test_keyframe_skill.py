@@ -55,6 +55,22 @@ def test_every_form_of_the_same_keyframes(tmp_path):
         np.testing.assert_allclose([g.mean for g in found.gaussians], wanted, atol=1e-12)
 
 
+def test_files_may_leave_keyframes_out_and_repeat_them(tmp_path):
+    """What arrays may, files may too; full recordings must move."""
+    demos = row([0.0, 0.5])
+    demos[1], demos[2] = demos[1][:1], demos[2][[0, 0, 1]]
+    demos[4] = demos[4][[1, 1]]
+    wanted = [g.mean for g in sf.KeyframeSkill.fit(demos, 2).gaussians]
+    lines = [",".join(map(repr, [i, *pose.tolist()])) for i, demo in enumerate(demos) for pose in demo]
+    (tmp_path / "few.csv").write_text("\n".join(["demo," + ",".join(POSE), *lines]))
+    np.savez(tmp_path / "few.npz", **{f"states_{i}": demo for i, demo in enumerate(demos)}, names=POSE)
+    for name in ("few.csv", "few.npz"):
+        found = sf.KeyframeSkill.fit(tmp_path / name, 2)
+        np.testing.assert_allclose([g.mean for g in found.gaussians], wanted, atol=1e-12)
+        with pytest.raises(InputError, match="1 samples; expected two"):
+            sf.KeyframeSkill.fit(tmp_path / name, 2, extract=True)
+
+
 def test_full_recordings():
     """Keyframes from rests and turns, or from where the gripper closes."""
     corners = row([0.0, 0.4, 0.1], spread=0.005)

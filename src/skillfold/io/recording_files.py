@@ -17,14 +17,16 @@ from skillfold.spaces import StateSpace
 Parts = tuple[list[Recording], tuple[str, ...] | None, StateSpace | None]
 
 
-def read(path: Any, given: StateSpace | None = None) -> Parts:
+def read(path: Any, given: StateSpace | None = None, moving: bool = True) -> Parts:
     """Recordings of a file, a folder or a list of these, the coordinate names, and the space given or stored.
+
+    Recordings must have two samples at least, and move, unless `moving` says that they need not.
 
     Raises:
         RecordingError: names the file and what is wrong with it.
     """
     files = _files(path)
-    parts = [_read_file(file) for file in files]
+    parts = [_read_file(file, moving) for file in files]
     recordings, names, space = parts[0]
     for file, (more, other, stored) in zip(files[1:], parts[1:], strict=True):
         if given is None and stored != space:
@@ -87,7 +89,7 @@ def _in_folder(path: Path) -> list[Path]:
     return files
 
 
-def _read_file(file: Path) -> Parts:
+def _read_file(file: Path, moving: bool) -> Parts:
     """Recordings of one file, their columns reordered to scalar-first quaternions."""
     suffix = file.suffix.lower()
     if suffix == ".npz":
@@ -96,6 +98,7 @@ def _read_file(file: Path) -> Parts:
         (recordings, names), space = read_csv(file), None
     else:
         raise RecordingError(f"{file}: unknown suffix {file.suffix!r}; possible: .csv, .npz.")
+    recordings = [replace(recording, moving=moving) for recording in recordings]
     if names is None or space is not None:
         return recordings, names, space
     order = scalar_first(column_names(names))

@@ -32,7 +32,7 @@ def read_keyframes(
         InputError: says which demonstration, and what was expected.
     """
     if isinstance(given, str | PathLike):
-        given = Demonstrations.load(given)
+        given = Demonstrations.load(given, moving=extracted or gripper is not None)
     if isinstance(given, Demonstrations):
         labels = tuple(d.label for d in given)
         parts = [_of_recording(d, given.names, extracted, gripper) for d in given]
