@@ -10,7 +10,7 @@ import pytest
 from keyframes.asked import arm, gaussian
 from skillfold import Box, Robot
 from skillfold.errors import InputError
-from skillfold.keyframes.hand_written import AxisUpright, PlaneConstraint
+from skillfold.keyframes.hand_written import AxisUpright, PlaneConstraint, TaskSpaceRegion
 from skillfold.keyframes.planning import plan_constrained
 
 SCENE = [Box(pose=(0.32, -0.05, 0.2), size=(0.05, 0.25, 0.4), name="post")]
@@ -91,6 +91,31 @@ def test_a_plane(robot):
     plan = plan_constrained(robot, plane, start, goal, time_limit=20.0)
     assert plan.success, plan.reason
     assert np.abs(robot.forward(fine(plan.path))[:, 2] - pose[2]).max() <= 0.01 + 1e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_goal_of_which_little_holds_the_constraint(robot, seed):
+    """Of a box of poses those in a plane; of the poses near one beside the plane, those in it."""
+    start, shift = robot.home, np.random.default_rng(seed).uniform(-0.06, 0.06, 2)
+    pose = robot.forward(start) + np.array([*shift, 0.0, 0.0, 0.0, 0.0, 0.0])
+    plane = PlaneConstraint(pose[:3], tolerance=1e-3)
+    box = TaskSpaceRegion(pose, [-0.03] * 3 + [-0.2] * 3, [0.03] * 3 + [0.2] * 3)
+    beside = pose + np.array([0.0, 0.0, 0.004, 0.0, 0.0, 0.0, 0.0])
+    for goal in (box, beside):
+        plan = plan_constrained(robot, plane, start, goal, time_limit=20.0, seed=seed)
+        assert plan.success, plan.reason
+        poses = robot.forward(plan.path.states)
+        assert plane.distance(poses).max() <= 2e-6
+        end = poses[-1]
+        assert box.distance(end) <= 1e-6 if goal is box else np.linalg.norm(end[:3] - beside[:3]) <= 0.005
+
+
+def test_a_goal_beside_the_constraint_is_told(robot):
+    pose = robot.forward(robot.home)
+    above = pose + np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
+    box = TaskSpaceRegion(above, [-0.03] * 3 + [-0.2] * 3, [0.03] * 3 + [0.2] * 3)
+    plan = plan_constrained(robot, PlaneConstraint(pose[:3]), robot.home, box, time_limit=20.0)
+    assert not plan.success and "goal lies" in plan.reason
 
 
 def test_what_cannot_be(robot):

@@ -30,6 +30,9 @@ FOREIGN = 0.005  # metres: how far from a constraint that is no set of its own p
 ROUNDING = 1e-6  # metres: the same for those that have a tolerance, or room, of their own
 SLACK = 0.01  # of a gate, or of a tolerance: kept all along
 KINDS = ("auto", "pose", "joints")
+TURNS = 4  # that poses of a goal are led into constraint and goal in turn
+DEEPER = 0.25  # of the way there that they are put inside the border
+POSES = 64  # of a goal, of which the nearest to the constraint tells whether any may hold it
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,7 @@ def plan_constrained(
         raise InputError(f"constraint: the class {constraint.__name__}; expected an object of it.")
     constraint = constraint.region if isinstance(constraint, PoseGaussian) else known(constraint)
     allowed, level = _levels(constraint, tolerance)
-    end = _read_goal(robot, goal, goal_is)
+    end = _read_goal(robot, goal, goal_is, constraint)
     pose = robot.forward(start)
     why = start_trouble(robot, obstacles, start)
     if not why and end.state is not None:
@@ -137,7 +140,7 @@ def _levels(constraint: Any, tolerance: Any) -> tuple[float, float]:
     return allowed, 0.8 * allowed
 
 
-def _read_goal(robot: Robot, goal: Any, goal_is: Any) -> Goal:
+def _read_goal(robot: Robot, goal: Any, goal_is: Any, constraint: Any) -> Goal:
     if not isinstance(goal_is, str) or goal_is not in KINDS:
         raise InputError(f"goal_is={goal_is!r:.80}; possible: {', '.join(KINDS)}.")
     if hasattr(goal, "distance") and hasattr(goal, "project"):
@@ -146,7 +149,9 @@ def _read_goal(robot: Robot, goal: Any, goal_is: Any) -> Goal:
                 f"goal: {type(goal).__name__} has no sample(count, seed); expected a constraint that has."
             )
         region = known(goal)
-        return Goal(region, None, region.sample(1, 0)[0], region.sample)
+        poses = _led(region, constraint, region.sample(POSES, 0))
+        nearest = poses[np.argmin(constraint.distance(poses))]
+        return Goal(region, None, nearest, lambda n, seed: _led(region, constraint, region.sample(n, seed)))
     size = np.size(goal) if isinstance(goal, np.ndarray | list | tuple) else 0
     if size == robot.dof == 7 and goal_is == "auto":
         raise InputError("goal: seven numbers may be a pose or joint positions; say goal_is='pose' or 'joints'.")
@@ -160,7 +165,20 @@ def _read_goal(robot: Robot, goal: Any, goal_is: Any) -> Goal:
             f"goal: shape {pose.shape}; expected a pose (7,), joint positions ({robot.dof},), a constraint."
         )
     spread = np.diag(np.repeat([NEAR**2, (NEAR / LENGTH) ** 2], 3))
-    return Goal(PoseGaussian(pose, spread, np.ones(2)), None, pose, lambda count, seed: np.tile(pose, (count, 1)))
+    near = PoseGaussian(pose, spread, np.ones(2))
+    return Goal(near, None, pose, lambda n, seed: np.tile(_led(near, constraint, pose[None]), (n, 1)))
+
+
+def _led(goal: Any, constraint: Any, poses: Array) -> Array:
+    """Poses (n, 7) of a goal, led to where they hold the constraint too, if there are such."""
+    if not len(poses):
+        return poses
+    chart = PoseChart(poses[0, 3:])
+    y = chart.to_chart(poses)
+    for region in (constraint, goal) * TURNS:
+        nearest = chart.to_chart(region.project(chart.to_pose(y)))
+        y = nearest + DEEPER * (nearest - y)
+    return chart.to_pose(y)
 
 
 def _distance(constraint: Any, pose: Array) -> float:
