@@ -126,7 +126,7 @@ class Terrain:
         states = self.states(path)
         between = 0.5 * (states[1:] + states[:-1])
         tolerance = usual(self.model)
-        off = OnManifold(self.model, tolerance).distance(between) - sag(states, np.arange(len(between)) + 0.5)
+        off = OnManifold(self.model, tolerance).distance(between) - sag(states, np.arange(0.5, len(between)))
         return bool(off.max() <= tolerance)
 
     def keeps_clear(self, path: Array) -> bool:
