@@ -181,15 +181,30 @@ def test_held_out_residuals_of_true_surfaces_are_small(draw, d, degree, largest)
     assert np.median(residuals) < largest
 
 
-def test_held_out_residuals_are_of_the_nearest_other_sample_s_surface():
-    """One sample by hand: its nearest other sample's surface, fitted without it."""
+def test_held_out_residuals_are_of_the_surface_of_a_sample_beside():
+    """One sample by hand: of the nearest quarter of others, the one nearest along the plane, fitted without it."""
     rng = np.random.default_rng(1)
     x = draw_sphere(200, rng) + 0.01 * rng.normal(size=(200, 3))
     others = nearest_others(x, np.array([17]), 25, None)
-    surfaces = fit_surfaces(x, x[others[:, 0]], others, 2, 2)
-    expected = np.linalg.norm(heights(surfaces, 0, x[[17]] - x[others[:, 0]]))
+    normal = fit_surfaces(x, x[others[:, 0]], others, 2, 1).frames[0, 2]
+    offsets = x[others[0, :6]] - x[17]
+    beside = others[:, np.linalg.norm(offsets - np.outer(offsets @ normal, normal), axis=1).argmin()]
+    surfaces = fit_surfaces(x, x[beside], others, 2, 2)
+    expected = np.linalg.norm(heights(surfaces, 0, x[[17]] - x[beside]))
     # Its frame is turned once less.
     assert held_out_residuals(x, np.array([17]), others, 2, [2])[0, 0] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("k", [50, 100, 200])
+@pytest.mark.parametrize("seed", range(3))
+def test_held_out_residuals_are_no_smaller_than_noise_wider_than_samples_lie_apart(k, seed):
+    """The nearest sample shares it, and its surface would predict a sample too well."""
+    rng = np.random.default_rng(seed)
+    u = rng.uniform(-1, 1, (3000, 2))
+    x = np.column_stack([u, 0.2 * u[:, 0] ** 2]) + 0.04 * rng.normal(size=(3000, 3))
+    chosen = np.flatnonzero(np.abs(u).max(1) < 0.8)[:1000]
+    residuals = held_out_residuals(x, chosen, nearest_others(x, chosen, k, None), 2, [2])[0]
+    assert np.sqrt((residuals**2).mean()) > 0.04 * 0.98
 
 
 def test_held_out_residuals_see_the_noise():

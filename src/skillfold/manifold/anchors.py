@@ -21,6 +21,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 SAMPLES_A_TERM = 1.5  # that a polynomial is fitted to, at least
 TURNS = 2  # of a frame to its own surface's slope
+NEARER = 0.25  # of a neighbourhood, among which the centre of a surface is looked for: next to it, on the same sheet
 JUDGED_TURNS = 1  # the same, where only heights above it are asked for, not tangents
 
 
@@ -104,10 +105,21 @@ def nearest_others(samples: Array, chosen: Indices, k: int, groups: Indices | No
     return nearest_of_others(samples, groups, chosen, k, jobs)
 
 
+def _beside(samples: Array, states: Array, others: Indices, tangents: Array) -> Indices:
+    """Of the nearer ones of others (n, k), sorted, that which is nearest to each state along its tangents (n, d, D).
+
+    The nearest in all directions shares the state's noise, where that is as wide as samples lie apart: it was chosen
+    for that. Its surface would predict the state better than any surface does that was learnt without looking at it.
+    """
+    nearer = others[:, : max(1, int(NEARER * others.shape[1]))]
+    along = np.einsum("ndc,nkc->nkd", tangents, samples[nearer] - states[:, None])
+    return nearer[np.arange(len(nearer)), (along**2).sum(2).argmin(1)]
+
+
 def held_out_residuals(
     samples: Array, chosen: Indices, others: Indices, dim: int, degrees: Sequence[int], jobs: int = 1
 ) -> Array:
-    """Distance of each chosen sample from the surface of the nearest sample that is not left out with it.
+    """Distance of each chosen sample from the surface of a sample beside it that is not left out with it.
 
     That surface is fitted to `others` (n, k), sorted by distance, the chosen sample not among them. Judged at its
     own centre a surface would hide the bias that it has where it is used, beside it. Several ascending degrees cost
@@ -118,8 +130,9 @@ def held_out_residuals(
     together = [part for part in ([g for g in degrees if g == 1], [g for g in degrees if g > 1]) if part]
 
     def predict(part: slice) -> Array:
-        centres, around = samples[others[part, 0]], others[part]
-        principal = _principal_frames(samples, centres, around)
+        around = others[part]
+        principal = _principal_frames(samples, samples[around[:, 0]], around)
+        centres = samples[_beside(samples, samples[chosen[part]], around, principal[:, :dim])]
         rows = []
         for some in together:
             frames, layout = principal.copy(), _layout(dim, some)
