@@ -27,7 +27,7 @@ def test_the_dimension_of_known_sets_is_found(name, noise, count):
         rng = np.random.default_rng(seed)
         x = draw(count, rng)
         x = clouds.normalised(x + noise * rng.normal(size=x.shape))
-        found, trials = choose_dimension(x, few_recordings=False, seed=0)
+        found, trials = choose_dimension(x, None, seed=0)
         assert found == dim
         assert [t.setting for t in trials if t.chosen] == [f"d = {dim}"]
 
@@ -38,7 +38,7 @@ def test_rigid_motions_and_order_do_not_matter(name):
     rng = np.random.default_rng(0)
     x = draw(400, rng)
     moved = clouds.rotated(x, rng)[rng.permutation(400)] * 50.0 - 3.0
-    assert choose_dimension(moved, False, 0)[0] == dim
+    assert choose_dimension(moved, None, 0)[0] == dim
 
 
 def test_extents_are_those_of_the_local_covariance():
@@ -46,14 +46,25 @@ def test_extents_are_those_of_the_local_covariance():
     rng = np.random.default_rng(0)
     x = rng.normal(size=(40, 3)) * [1.0, 0.5, 0.01]
     values = np.linalg.svd(x - x.mean(0), compute_uv=False)
-    np.testing.assert_allclose(local_extents(x, 39, 0), values / np.sqrt(40), rtol=1e-9)
+    everything = np.tile(np.arange(40), (40, 1))
+    np.testing.assert_allclose(local_extents(x, np.arange(40), everything, True), values / np.sqrt(40), rtol=1e-9)
+
+
+def test_extents_about_a_sample_of_another_recording_show_what_the_others_do_not():
+    """Neighbours in a plane, samples scattered all about them."""
+    rng = np.random.default_rng(1)
+    plane = rng.normal(size=(500, 3)) * [1.0, 1.0, 0.0]
+    x = np.vstack([plane, rng.normal(size=(4000, 3))])
+    around = np.tile(np.arange(500), (4000, 1))
+    extents = local_extents(x, np.arange(500, 4500), around, False)
+    np.testing.assert_allclose(extents, np.sqrt([2.0, 2.0, 1.0]), rtol=0.1)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_bends_are_no_dimension(seed):
     """The upright tool of a six-joint arm: wide neighbourhoods are as thick as they bend."""
     poses = clouds.normalised(upright_poses(JACO, 1000, np.random.default_rng(seed)))
-    assert choose_dimension(poses, False, 0)[0] == 4
+    assert choose_dimension(poses, None, 0)[0] == 4
 
 
 @pytest.mark.parametrize("growth", [0.0, 0.5, 1.2])
@@ -82,7 +93,7 @@ def test_the_finest_scale_is_for_samples_that_allow_a_wider_one():
 def test_little_room_in_many_coordinates_is_no_dimension_more(seed):
     """Where a sheet of three dimensions bends in all the others, only the nearest samples show it flat."""
     x = clouds.normalised(clouds.sheet(7, 3)(400, np.random.default_rng(seed)))
-    assert choose_dimension(x, False, 0)[0] == 3
+    assert choose_dimension(x, None, 0)[0] == 3
 
 
 def test_of_few_recordings_the_smallest_well_supported_dimension_is_taken():
@@ -90,12 +101,46 @@ def test_of_few_recordings_the_smallest_well_supported_dimension_is_taken():
     t = np.linspace(0, 1, 100)
     curves = [np.column_stack([t, np.sin(3 * t), 0.12 * i * np.ones(100)]) for i in range(5)]
     x = clouds.normalised(np.vstack(curves))
-    few, trials = choose_dimension(x, few_recordings=True, seed=0)
+    few, trials = choose_dimension(x, np.repeat(np.arange(5), 100), seed=0)
     assert few == 1
-    assert few <= choose_dimension(x, few_recordings=False, seed=0)[0]
+    assert few <= choose_dimension(x, None, seed=0)[0]
     assert [t.setting for t in trials] == ["d = 1", "d = 2"]
+
+
+def recordings(draw, count):
+    """Recordings (count × 100, D) drawn one by one, normalised, and which is which."""
+    return clouds.normalised(np.vstack([draw() for _ in range(count)])), np.repeat(np.arange(count), 100)
+
+
+@pytest.mark.parametrize("count", [3, 5, 10, 20])
+@pytest.mark.parametrize("spread", [0.02, 0.1])
+@pytest.mark.parametrize("seed", range(3))
+def test_recordings_that_spread_to_all_sides_are_of_one_curve(count, spread, seed):
+    """Few of them lie in a space of few dimensions, whichever they are."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, 1, 100)[:, None]
+    curve = np.sin(3 * t * rng.normal(size=7) + rng.uniform(0, 6, 7))
+    ways = np.hstack([1 - t, t, np.sin(np.pi * t)])
+    x, groups = recordings(lambda: curve + spread * ways @ rng.normal(size=(3, 7)), count)
+    assert choose_dimension(x, groups, 0)[0] == 1
+
+
+@pytest.mark.parametrize("count", [20, 40])
+@pytest.mark.parametrize("seed", range(3))
+def test_recordings_that_cover_a_sheet_are_of_a_sheet(count, seed):
+    rng = np.random.default_rng(seed)
+    t = np.linspace(-1, 1, 100)
+
+    def stroke():
+        y = rng.uniform(-1, 1) + 0.3 * rng.normal() * t
+        return np.column_stack([t, y, 0.3 * np.sin(2 * t + y), 0.3 * np.cos(2 * y)]) + 0.002 * rng.normal(
+            size=(100, 4)
+        )
+
+    x, groups = recordings(stroke, count)
+    assert choose_dimension(x, groups, 0)[0] == 2
 
 
 def test_two_coordinates_leave_only_curves():
     x = np.random.default_rng(0).normal(size=(100, 2))
-    assert choose_dimension(x, False, 0)[0] == 1
+    assert choose_dimension(x, None, 0)[0] == 1

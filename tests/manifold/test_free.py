@@ -30,7 +30,7 @@ def test_the_lines_of_circle_times_lines_are_found(free, noise, dim):
         rng = np.random.default_rng(seed)
         x, lines = clouds.cylinder(free)(500, rng)
         x = clouds.normalised(x + noise * rng.normal(size=x.shape))
-        split, trials = split_directions(x, None, None if dim is None else 1 + free, False, 0)
+        split, trials = split_directions(x, None, None if dim is None else 1 + free, 0)
         assert split.free.shape == (2 + free, free)
         assert split.dim == 1
         # Sine of the angle between the lines and what was found.
@@ -46,7 +46,7 @@ def test_the_lines_of_circle_times_lines_are_found(free, noise, dim):
 def test_the_joints_that_an_upright_tool_leaves_free_are_found_exactly(seed):
     """The base's yaw and the last roll, from few samples with noise; local planes alone miss them by a fiftieth."""
     x = clouds.normalised(upright_poses(LWR4, 500, np.random.default_rng(seed)))
-    split, _ = split_directions(x, None, None, False, 0)
+    split, _ = split_directions(x, None, None, 0)
     joints = np.eye(7)[:, [0, 6]]
     assert split.free.shape == (7, 2)
     assert np.linalg.norm(joints - split.free @ (split.free.T @ joints), axis=0).max() < 0.008
@@ -85,7 +85,7 @@ def test_nothing_is_free_where_everything_bends(name, noise):
         rng = np.random.default_rng(seed)
         x = draw(400, rng)
         x = clouds.normalised(x + noise * rng.normal(size=x.shape))
-        split, trials = split_directions(x, None, None, False, 0)
+        split, trials = split_directions(x, None, None, 0)
         assert split.free.shape[1] == 0, f"seed {seed}"
         assert split.dim == dim, f"seed {seed}"
         assert not [t for t in trials if t.choice == "free directions"]
@@ -96,7 +96,7 @@ def test_nothing_is_free_where_the_dimension_is_given(name):
     draw, dim = BENT[name]
     for seed in range(4):
         x = clouds.normalised(draw(400, np.random.default_rng(seed)))
-        split, _ = split_directions(x, None, dim, False, 0)
+        split, _ = split_directions(x, None, dim, 0)
         assert (split.free.shape[1], split.dim) == (0, dim)
 
 
@@ -105,7 +105,7 @@ def test_few_samples_make_hardly_any_free_where_the_dimension_is_given():
     made_up = []
     for seed in range(30):
         x = clouds.normalised(smooth_manifold(100, 7, 4, np.random.default_rng(seed)))
-        made_up.append(split_directions(x, None, 4, False, 0)[0].free.shape[1])
+        made_up.append(split_directions(x, None, 4, 0)[0].free.shape[1])
     assert np.count_nonzero(made_up) <= 1
 
 
@@ -118,7 +118,7 @@ def test_directions_that_seem_free_besides_hide_none_that_is(dim, least):
         sheet, line = smooth_manifold(200, 5, 2, rng), rng.uniform(-1.0, 1.0, 200)
         turn = np.linalg.qr(rng.standard_normal((6, 6)))[0]
         x = clouds.normalised(np.column_stack([sheet, line]) @ turn.T)
-        free = split_directions(x, None, dim, False, 0)[0].free
+        free = split_directions(x, None, dim, 0)[0].free
         found.append(free.shape[1] == 1 and np.abs(free[:, 0] @ turn[:, 5]) > 0.999)
     assert np.count_nonzero(found) >= least
 
@@ -157,7 +157,7 @@ def test_recordings_are_judged_by_whole_recordings():
     t = np.linspace(-1.5, 1.5, 30)
     strokes = [np.column_stack([np.full(30, np.cos(a)), np.full(30, np.sin(a)), t]) for a in angles]
     x = clouds.normalised(np.vstack(strokes) + 1e-3 * rng.normal(size=(720, 3)))
-    split, _ = split_directions(x, np.repeat(np.arange(24), 30), 2, True, 0)
+    split, _ = split_directions(x, np.repeat(np.arange(24), 30), 2, 0)
     np.testing.assert_allclose(np.abs(split.free), [[0.0], [0.0], [1.0]], atol=0.02)
 
 
@@ -172,6 +172,6 @@ def test_spectrum_of_a_plane_and_of_a_sphere():
 
 def test_same_seed_same_bits():
     x, _ = clouds.cylinder(2)(2500, np.random.default_rng(0))
-    first, second = (split_directions(clouds.normalised(x), None, None, False, 4)[0] for _ in range(2))
+    first, second = (split_directions(clouds.normalised(x), None, None, 4)[0] for _ in range(2))
     np.testing.assert_array_equal(first.free, second.free)
     np.testing.assert_array_equal(first.kept, second.kept)

@@ -35,7 +35,7 @@ def test_on_a_grid_that_bends_one_way_plans_are_what_they_are_elsewhere(columns,
 
 def test_nothing_is_free_where_too_few_would_be_left():
     grid = bent(np.linspace(0.0, 1.0, 4), np.linspace(0.0, 1.0, 40))
-    assert split_directions(grid, None, 2, False, 0)[0].free.shape[1] == 0
+    assert split_directions(grid, None, 2, 0)[0].free.shape[1] == 0
 
 
 def test_what_rounding_has_moved_apart_is_the_same():

@@ -8,25 +8,34 @@ neighbourhood: it is told by how it grows with it.
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
+from skillfold.manifold.nearest import nearest, nearest_of_others
 from skillfold.manifold.table import Trial
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 CENTRES = 1500  # samples whose surroundings are looked at
 FLOOR = 0.05  # of a local extent relative to the largest: smaller ones count as none
+MEDIAN_SQUARE = 0.455  # of what is normally distributed, in terms of its mean square
 BENT = 1.0  # power of the neighbourhood's size that a relative extent grows with: dimensions keep theirs
 
 
-def local_extents(samples: Array, k: int, seed: int) -> Array:
-    """Median rms extent along each local principal direction at k neighbours, the largest first; (D,)."""
-    count = min(CENTRES, len(samples))
-    chosen = np.random.default_rng(seed).choice(len(samples), count, replace=False)
-    around = samples[KDTree(samples).query(samples[np.sort(chosen)], k + 1)[1]]
-    centred = around - around.mean(1, keepdims=True)
-    values = np.linalg.eigvalsh(np.swapaxes(centred, 1, 2) @ centred)[:, ::-1]
-    return np.sqrt(np.maximum(np.median(values, axis=0), 0.0) / (k + 1))
+def local_extents(samples: Array, chosen: Indices, around: Indices, own: bool) -> Array:
+    """Median rms extent of the neighbours (n, k) of chosen samples along each local principal direction; (D,).
+
+    The largest first. Extents are about the neighbours' mean, or about the chosen sample where that is not their
+    `own`, but of another recording: a few recordings spread in fewer directions than they are, and it takes one more
+    to tell whether it would lie in these.
+    """
+    near = samples[around]
+    means = near.mean(1, keepdims=True)
+    values, vectors = np.linalg.eigh(np.swapaxes(near - means, 1, 2) @ (near - means))
+    squares = np.median(np.maximum(values, 0.0), axis=0) / near.shape[1]
+    if not own:
+        away = np.einsum("nab,na->nb", vectors, samples[chosen] - means[:, 0])
+        squares = squares + np.median(away**2, axis=0) / MEDIAN_SQUARE
+    return np.sqrt(squares[::-1])
 
 
 def scales(n_samples: int, n_dims: int, doublings: int = 3, finest: bool = False) -> list[int]:
@@ -40,24 +49,32 @@ def scales(n_samples: int, n_dims: int, doublings: int = 3, finest: bool = False
     return [n_dims + 2, *wanted] if finest else wanted
 
 
-def choose_dimension(samples: Array, few_recordings: bool, seed: int, doublings: int = 3) -> tuple[int, list[Trial]]:
+def choose_dimension(
+    samples: Array, groups: Indices | None, seed: int, doublings: int = 3
+) -> tuple[int, list[Trial]]:
     """D with the widest gap after it, over all scales, and the gaps.
 
     Args:
         samples: (N, D).
-        few_recordings: whether they come from a handful of recordings: then what the recordings differ by shows
-            as a further dimension at some scales, and the smallest well-supported d is taken.
+        groups: (N,) recording of each or None. What recordings differ by shows as a further dimension at some scales:
+            of them, the smallest well-supported d is taken.
         seed: of the choice of centres.
         doublings: neighbourhood sizes looked at, each about twice the one before.
     """
-    D = samples.shape[1]
-    # Of recordings, the nearest few samples are those of one of them.
-    sizes = scales(len(samples), D, doublings, not few_recordings)
-    extents = np.array([local_extents(samples, min(k, len(samples) - 1), seed) for k in sizes])
+    D, few = samples.shape[1], groups is not None
+    sizes = scales(len(samples), D, doublings, not few)
+    chosen = np.sort(np.random.default_rng(seed).choice(len(samples), min(CENTRES, len(samples)), replace=False))
+    if groups is None:
+        around = nearest(samples, samples[chosen], sizes[-1] + 1)
+        extents = np.array([local_extents(samples, chosen, around[:, : k + 1], True) for k in sizes])
+    else:
+        most = len(samples) - int(np.bincount(groups).max())
+        around = nearest_of_others(samples, groups, chosen, min(sizes[-1], most))
+        extents = np.array([local_extents(samples, chosen, around[:, :k], False) for k in sizes])
     largest = np.maximum(extents[:, :1], 1e-300)
-    gaps = np.append(0.0, gaps_after(np.maximum(extents / largest, FLOOR), largest, not few_recordings))
+    gaps = np.append(0.0, gaps_after(np.maximum(extents / largest, FLOOR), largest, not few))
     best = 1 + int(gaps[1:].argmax()) if D > 1 else 1
-    if few_recordings:
+    if few:
         best = 1 + int(np.flatnonzero(gaps[1:] >= 0.5 * gaps[best])[0])
     trials = [
         Trial("dimension", f"d = {d}", float(gaps[d]), "gap in local extents (larger)", d == best)

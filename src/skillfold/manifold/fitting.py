@@ -102,7 +102,7 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
     _check_together(inner[chosen], neighbors, anchor_groups, scale)
     progress("looking for the dimension", 0.0)
-    split, trials = split_directions(inner, groups, options.dim, groups is not None, options.seed, threads)
+    split, trials = split_directions(inner, groups, options.dim, options.seed, threads)
     outer, inner, dim = inner, inner @ split.kept, split.dim
     if split.free.shape[1]:  # samples that differ in nothing else would predict each other perfectly
         inner, groups = told_apart(inner, groups)

@@ -80,7 +80,11 @@ def normal_spectrum(samples: Array, codim: int, seed: int, jobs: int = 1) -> tup
 
 
 def split_directions(
-    samples: Array, groups: Indices | None, dim: int | None, few_recordings: bool, seed: int, jobs: int = 1
+    samples: Array,
+    groups: Indices | None,
+    dim: int | None,
+    seed: int,
+    jobs: int = 1,
 ) -> tuple[Split, list[Trial]]:
     """Kept and free directions and the inner dimension, with the trials.
 
@@ -92,12 +96,11 @@ def split_directions(
         samples: (N, D).
         groups: recording of each sample or None.
         dim: d as the user fixed it, or None.
-        few_recordings: passed on to `choose_dimension`.
         seed: of the choice of samples looked at.
         jobs: threads.
     """
     D = samples.shape[1]
-    plain, trials = (dim, []) if dim else choose_dimension(samples, few_recordings, seed)
+    plain, trials = (dim, []) if dim else choose_dimension(samples, groups, seed)
     best, best_gap = Split(np.eye(D), np.empty((D, 0)), plain), 0.0
     # The plain rule may overlook normals where samples are sparse; it does not make any up.
     counts = [D - plain] if dim else range(D - plain, max(D - plain, min(MOST_NORMALS, D - 2)) + 1)
@@ -108,7 +111,7 @@ def split_directions(
             split = Split(directions[:, f:], directions[:, :f], D - codim - f)
             if not _holds(samples, groups, split, seed):  # asked first, as it costs the least
                 continue
-            found, gap = _dimension_without(samples, split, touched, few_recordings, seed)
+            found, gap = _dimension_without(samples, groups, split, touched, seed)
             agreed = dim or (found == split.dim and gap >= CLEAR * trials[D - codim - 1].score)
             if not agreed or gap <= best_gap:
                 continue
@@ -121,12 +124,12 @@ def split_directions(
 
 
 def _dimension_without(
-    samples: Array, split: Split, touched: Array, few_recordings: bool, seed: int
+    samples: Array, groups: Indices | None, split: Split, touched: Array, seed: int
 ) -> tuple[int, float]:
     """What samples without the free directions say of the dimension, and by how wide a gap."""
     weights = np.sqrt(np.maximum(touched[split.free.shape[1] :], 0.0) / touched[-1] + METRIC_FLOOR**2)
     # Without the free directions samples lie close together: noise hides the gap unless more are taken in.
-    found, gaps = choose_dimension(samples @ (split.kept * weights), few_recordings, seed, doublings=7)
+    found, gaps = choose_dimension(samples @ (split.kept * weights), groups, seed, doublings=7)
     return found, next((t.score for t in gaps if t.chosen), 0.0)
 
 
