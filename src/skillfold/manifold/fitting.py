@@ -21,6 +21,7 @@ from skillfold.manifold.shapes import LARGEST, Progress, choose_shapes, spread_o
 from skillfold.manifold.smoothing import denoised
 from skillfold.manifold.table import Selection
 from skillfold.manifold.tangent import TangentField, train
+from skillfold.manifold.unrolled import Columns, unrolled
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -84,12 +85,15 @@ class Options:
             raise InputError("jobs=0; expected a number of workers, or -1 for as many as there are cores.")
 
 
-def fit_model(samples: Array, groups: Indices | None, options: Options, progress: Progress) -> Fitted:
+def fit_model(
+    samples: Array, groups: Indices | None, quaternions: Columns, options: Options, progress: Progress
+) -> Fitted:
     """Learn the manifold that samples (N, D) lie on.
 
     Args:
         samples: finite, distinct; recordings one after the other.
         groups: (N,) recording of each sample, or None for samples without order.
+        quaternions: (n, 4) columns of each.
         options: what the user fixed.
         progress: called with a stage and its share done.
     """
@@ -102,7 +106,9 @@ def fit_model(samples: Array, groups: Indices | None, options: Options, progress
     neighbors = options.neighbors or min(max(6, 2 * inner.shape[1]), 10)
     _check_together(inner[chosen], neighbors, anchor_groups, scale)
     progress("looking for the dimension", 0.0)
-    split, trials = split_directions(inner, groups, options.dim, options.seed, threads)
+    # Samples without order may fill all orientations; their constraint is the unit length.
+    shown = inner if groups is None else unrolled(samples, quaternions) / scale
+    split, trials = split_directions(inner, groups, options.dim, options.seed, threads, shown)
     outer, inner, dim = inner, inner @ split.kept, split.dim
     if split.free.shape[1]:  # samples that differ in nothing else would predict each other perfectly
         inner, groups = told_apart(inner, groups)

@@ -85,6 +85,7 @@ def split_directions(
     dim: int | None,
     seed: int,
     jobs: int = 1,
+    unrolled: Array | None = None,
 ) -> tuple[Split, list[Trial]]:
     """Kept and free directions and the inner dimension, with the trials.
 
@@ -98,9 +99,10 @@ def split_directions(
         dim: d as the user fixed it, or None.
         seed: of the choice of samples looked at.
         jobs: threads.
+        unrolled: (N, ...) the samples without constraints that are known, to tell the dimension from.
     """
     D = samples.shape[1]
-    plain, trials = (dim, []) if dim else choose_dimension(samples, groups, seed)
+    plain, trials = (dim, []) if dim else choose_dimension(samples if unrolled is None else unrolled, groups, seed)
     best, best_gap = Split(np.eye(D), np.empty((D, 0)), plain), 0.0
     # The plain rule may overlook normals where samples are sparse; it does not make any up.
     counts = [D - plain] if dim else range(D - plain, max(D - plain, min(MOST_NORMALS, D - 2)) + 1)

@@ -105,7 +105,13 @@ class SkillManifold:
         options = Options(dim, kernels, ridge, neighbors, seed, jobs)
         options.check(*samples.states.shape)
         with libraries_alone():
-            fitted = fit_model(samples.states, samples.groups, options, progress or (lambda stage, share: None))
+            fitted = fit_model(
+                samples.states,
+                samples.groups,
+                samples.space.quaternions,
+                options,
+                progress or (lambda stage, share: None),
+            )
             route = Route.fit(samples.recordings)
         for note in samples.notes:
             warn(note, stacklevel=2)
