@@ -3,7 +3,7 @@ import pytest
 
 from manifold import clouds
 from skillfold.experiments.upright import JACO, upright_poses
-from skillfold.manifold.dimension import choose_dimension, gaps_after, local_extents, scales
+from skillfold.manifold.dimension import choose_dimension, gaps_after, local_extents, scales, thinned
 
 KNOWN = {
     "circle": (clouds.draw_circle, 1),
@@ -65,6 +65,24 @@ def test_bends_are_no_dimension(seed):
     """The upright tool of a six-joint arm: wide neighbourhoods are as thick as they bend."""
     poses = clouds.normalised(upright_poses(JACO, 1000, np.random.default_rng(seed)))
     assert choose_dimension(poses, None, 0)[0] == 4
+
+
+@pytest.mark.parametrize("name", ["circle", "curve in 6", "sphere", "sheet 2 in 5"])
+@pytest.mark.parametrize("count", [3000, 10000])
+@pytest.mark.parametrize("noise", [0.01, 0.03])
+def test_noise_wider_than_samples_lie_apart_is_no_dimension(name, count, noise):
+    draw, dim = KNOWN[name]
+    rng = np.random.default_rng(count)
+    x = clouds.normalised(draw(count, rng))
+    x += noise * rng.normal(size=x.shape)
+    assert choose_dimension(x, None, 0)[0] == dim
+
+
+def test_samples_are_thinned_while_all_neighbourhoods_find_enough():
+    x = np.random.default_rng(0).normal(size=(5000, 3))
+    assert [len(some) for some in thinned(x, 0, 3)] == [5000, 1250, 312]
+    assert [len(some) for some in thinned(x[:600], 0, 3)] == [600]
+    assert len(np.unique(np.vstack(thinned(x, 0, 3)), axis=0)) == 5000
 
 
 @pytest.mark.parametrize("growth", [0.0, 0.5, 1.2])

@@ -16,6 +16,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 CENTRES = 1500  # samples whose surroundings are looked at
+SHARE = 6  # of the samples: the largest neighbourhood holds no more than one in so many
+THINNER = 4  # times fewer samples, where noise may be wider than they lie apart
 FLOOR = 0.05  # of a local extent relative to the largest: smaller ones count as none
 MEDIAN_SQUARE = 0.455  # of what is normally distributed, in terms of its mean square
 BENT = 1.0  # power of the neighbourhood's size that a relative extent grows with: dimensions keep theirs
@@ -43,7 +45,7 @@ def scales(n_samples: int, n_dims: int, doublings: int = 3, finest: bool = False
 
     The finest is hardly larger than what spans the space; it shows dimensions in which the samples spread little.
     """
-    wanted = [k for k in (2 ** (i + 1) * n_dims + 2 for i in range(doublings)) if k <= n_samples / 6]
+    wanted = [k for k in (2 ** (i + 1) * n_dims + 2 for i in range(doublings)) if k <= n_samples / SHARE]
     if not wanted:
         return [max(n_dims, min(2 * n_dims + 2, n_samples - 1))]
     return [n_dims + 2, *wanted] if finest else wanted
@@ -52,7 +54,7 @@ def scales(n_samples: int, n_dims: int, doublings: int = 3, finest: bool = False
 def choose_dimension(
     samples: Array, groups: Indices | None, seed: int, doublings: int = 3
 ) -> tuple[int, list[Trial]]:
-    """D with the widest gap after it, over all scales, and the gaps.
+    """The dimension with the widest gap after it, over all scales, and the gaps.
 
     Args:
         samples: (N, D).
@@ -62,7 +64,34 @@ def choose_dimension(
         doublings: neighbourhood sizes looked at, each about twice the one before.
     """
     D, few = samples.shape[1], groups is not None
-    sizes = scales(len(samples), D, doublings, not few)
+    seen = [samples] if few else thinned(samples, seed, doublings)
+    gaps = max((_gaps(some, groups, seed, doublings) for some in seen), key=lambda found: found.max())
+    best = 1 + int(gaps.argmax()) if D > 1 else 1
+    if few:
+        best = 1 + int(np.flatnonzero(gaps >= 0.5 * gaps[best - 1])[0])
+    trials = [
+        Trial("dimension", f"d = {d}", float(gaps[d - 1]), "gap in local extents (larger)", d == best)
+        for d in range(1, D)
+    ]
+    return best, trials
+
+
+def thinned(samples: Array, seed: int, doublings: int) -> list[Array]:
+    """All samples, a quarter of them, and so on, while each has neighbourhoods of all sizes.
+
+    Where noise is wider than samples lie apart, the nearest of all lie scattered to all sides; of fewer, they follow
+    the manifold. Wider neighbourhoods of all would do the same, and take longer.
+    """
+    order, count = np.random.default_rng(seed).permutation(len(samples)), len(samples)
+    found = [samples]
+    while (count := count // THINNER) >= SHARE * (2**doublings * samples.shape[1] + 2):
+        found.append(samples[np.sort(order[:count])])
+    return found
+
+
+def _gaps(samples: Array, groups: Indices | None, seed: int, doublings: int) -> Array:
+    """Gap after each of D - 1 directions, of samples (N, D) and their recordings or None."""
+    sizes = scales(len(samples), samples.shape[1], doublings, groups is None)
     chosen = np.sort(np.random.default_rng(seed).choice(len(samples), min(CENTRES, len(samples)), replace=False))
     if groups is None:
         around = nearest(samples, samples[chosen], sizes[-1] + 1)
@@ -72,15 +101,7 @@ def choose_dimension(
         around = nearest_of_others(samples, groups, chosen, min(sizes[-1], most))
         extents = np.array([local_extents(samples, chosen, around[:, :k], False) for k in sizes])
     largest = np.maximum(extents[:, :1], 1e-300)
-    gaps = np.append(0.0, gaps_after(np.maximum(extents / largest, FLOOR), largest, not few))
-    best = 1 + int(gaps[1:].argmax()) if D > 1 else 1
-    if few:
-        best = 1 + int(np.flatnonzero(gaps[1:] >= 0.5 * gaps[best])[0])
-    trials = [
-        Trial("dimension", f"d = {d}", float(gaps[d]), "gap in local extents (larger)", d == best)
-        for d in range(1, D)
-    ]
-    return best, trials
+    return gaps_after(np.maximum(extents / largest, FLOOR), largest, groups is None)
 
 
 def gaps_after(extents: Array, sizes: Array, bends: bool) -> Array:
