@@ -63,3 +63,22 @@ def test_recorded_poses_that_spread_little_are_of_a_curve(count):
     starts = [recorded() for _ in range(4)]
     plans = [skill.plan(states[0], states[-1], route="geodesic") for states in starts]
     assert all(plan.success for plan in plans), [plan.reason for plan in plans]
+
+
+def test_ends_that_are_moved_onto_the_manifold_are_poses():
+    """A mean of orientations that lie far apart is shorter than they are."""
+    rng = np.random.default_rng(3)
+    t = np.linspace(0.0, 1.0, 100)[:, None]
+    ways = np.hstack([1 - t, t, np.sin(np.pi * t)])
+
+    def recorded():
+        turn = np.hstack([t, -0.5 * t, 0.3 * np.sin(2 * t)]) + 0.15 * ways @ rng.normal(size=(3, 3))
+        return np.hstack([t, t**2, 0.0 * t, scalar_first(Rotation.from_rotvec(turn))])
+
+    skill = SkillManifold.fit(
+        [recorded() for _ in range(8)], space=StateSpace.pose(), dim=1, kernels=10, ridge=1e-5, jobs=1
+    )
+    plans = [skill.plan(states[0], states[-1], route="geodesic") for states in (recorded() for _ in range(12))]
+    assert any(plan.start_moved > 0.0 or plan.goal_moved > 0.0 for plan in plans)
+    for plan in plans:
+        np.testing.assert_allclose(np.linalg.norm(plan.path.states[:, 3:], axis=1), 1.0, atol=1e-9)

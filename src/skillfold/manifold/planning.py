@@ -191,7 +191,7 @@ def onto(model: Model, space: StateSpace, states: Array) -> tuple[Array, Array, 
     feet, supported = project_anchored(model, states[off])
     far = np.linalg.norm(feet - states[off], axis=1) > near
     off[off] = far
-    onto[off] = within_limits(model, feet[far], space)
+    onto[off] = space.normalize(within_limits(model, feet[far], space))
     return onto, np.linalg.norm(onto - states, axis=1), bool(supported[far].all())
 
 
