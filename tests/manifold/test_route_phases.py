@@ -38,7 +38,7 @@ def test_curves_keep_ends_and_order(seed: int, n: int, n_dims: int) -> None:
     # Read along, a coordinate that tells the share shows at which shares curves are read.
     read = registered(np.concatenate([curves, np.tile(SHARE[:, None], (n, 1, 1))], axis=2))
     assert np.array_equal(read[:, [0, -1], :-1], curves[:, [0, -1]])
-    assert (np.diff(read[..., -1], axis=1) >= 0.0).all()
+    assert (np.diff(read[..., -1], axis=1) >= -1e-15).all()  # but for rounding
     assert np.allclose(read[..., -1].mean(axis=0), SHARE, atol=0.05)
 
 
