@@ -6,9 +6,6 @@ import pytest
 from manifold import twins
 from manifold.random_models import SHAPES, random_model
 from skillfold.manifold.kernels import judging, projection
-from skillfold.manifold.kernels.scratch import evaluator
-from skillfold.manifold.kernels.tabled import tabled
-from skillfold.manifold.kernels.tangents import ACROSS
 from skillfold.manifold.projection import judge
 
 
@@ -56,21 +53,3 @@ def test_nearest_distances(model):
     states = model.states(10, 0.5)
     expected = np.linalg.norm(states[:, None] - model.surface.points.T, axis=2).min(1)
     np.testing.assert_allclose(judging.nearest_distances(model.table, states), expected, atol=1e-12)
-
-
-def test_bases_at(model):
-    """Those of the field, but where it lies across the surface."""
-    states = model.states(40, 0.5)
-    expected = np.array([twins.displacement(*arrays(model), x)[1] for x in states])
-    np.testing.assert_allclose(judging.bases_at(model.table, states), expected, atol=1e-10)
-
-
-def test_tangents_where_the_field_lies_across_the_surface():
-    model = random_model(3, 3, 2, 40, 5, 2)
-    surface, field = arrays(model)
-    across = field._replace(weights=np.roll(field.weights, 1, axis=1))
-    turned = tabled(surface, across, np.zeros(3), np.eye(3), 1.0, evaluator())
-    states = model.states(40, 0.0)
-    nearest = ((states[:, None] - surface.rows) ** 2).sum(2).argmin(1)
-    along = judging.bases_at(turned.entries, states) @ np.linalg.qr(np.swapaxes(surface.tangents[nearest], 1, 2))[0]
-    assert (np.linalg.norm(along, axis=(1, 2)) ** 2 > 2 - ACROSS).all()

@@ -24,6 +24,7 @@ def test_follow_leaf(model, rate, steps):
 def test_field_bases(model):
     states = model.states(10, 1.0)
     expected = [twins.tangent_basis(model.field, x)[0] for x in states]
+    np.testing.assert_allclose(leaf.field_bases(model.table, states), expected, atol=1e-10)
     K, w = (4 * -(-n // 4) for n in (model.field.centres.shape[1], model.field.weights[:, :, 0].size))
     found = np.empty((10, *model.field.weights.shape[:2]))
     leaf.bases_at(model.table, states, np.empty(K), np.empty(w), found)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from skillfold.manifold.kernels.judging import bases_at, displacements, nearest_distances
-from skillfold.manifold.kernels.leaf import follow_leaf
+from skillfold.manifold.kernels.judging import displacements, nearest_distances
+from skillfold.manifold.kernels.leaf import field_bases, follow_leaf
 from skillfold.manifold.kernels.projection import bring_onto, bring_onto_near
 from skillfold.manifold.model import Model
 from skillfold.spaces import StateSpace
@@ -82,7 +82,7 @@ def _nearest_anchors(model: Model, states: Array) -> Array:
 
 def tangents(model: Model, states: Array) -> Array:
     """Orthonormal tangents at states (B, D); (B, D, d), the free directions last."""
-    rows = bases_at(model.table, model.encode(states))
+    rows = field_bases(model.table, model.encode(states))
     free = np.broadcast_to(model.free, (len(states), *model.free.shape))
     return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
 

@@ -1,4 +1,4 @@
-"""How far states are from the surface and from what was demonstrated, and the tangents there.
+"""How far states are from the surface and from what was demonstrated.
 
 `t` is the table of a model (see `tabled`); all lengths are as in its states.
 """
@@ -41,11 +41,3 @@ def nearest_distances(t: Indices, states: Array) -> Array:
     scratch = make_scratch(t, len(states))
     find_nearest(encode(t, states), scratch)
     return vector(t, SCALE)[0] * np.sqrt(scratch.squares[:, 0])
-
-
-@njit
-def bases_at(t: Indices, states: Array) -> Array:
-    """Orthonormal tangents as rows (B, d, D) at inner states (B, D): H, or its stand-in where it lies across."""
-    scratch = make_scratch(t, len(states))
-    evaluate(states, scratch)
-    return scratch.bases

@@ -1,4 +1,4 @@
-"""The tangent field alone: the printed projection and the printed geodesics.
+"""The tangent field alone: its bases at many states, the printed projection and the printed geodesics.
 
 `t` is the table of a model (see `tabled`), whose inner coordinates all states are in.
 """
@@ -43,6 +43,14 @@ def follow_leaf(t: Indices, states: Array, near: Array, rate: float, steps: int)
             for c in range(D):
                 points[i, c] += rate * along[c]
     return points
+
+
+@njit
+def field_bases(t: Indices, states: Array) -> Array:
+    """Orthonormal rows of H at states (B, D): (B, d, D)."""
+    (K, w), bases = matrix(t, WEIGHTS).shape, np.empty((len(states), dimension(t), states.shape[1]))
+    bases_at(t, states, np.empty(K), np.empty(w), bases)
+    return bases
 
 
 @njit
