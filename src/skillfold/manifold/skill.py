@@ -157,7 +157,7 @@ class SkillManifold:
         return self.model.tolerance * self.model.scale
 
     def tangent(self, x: Any) -> Array:
-        """Orthonormal basis H(x) of the tangent space at x (..., D): (..., D, d)."""
+        """Orthonormal basis H(x) of the tangent space at x (..., D), of the field alone as in print: (..., D, d)."""
         states, shape = self._states(x)
         return tangents(self.model, states).reshape(*shape, self.n_dims, self.dim)
 
