@@ -117,12 +117,19 @@ def _beside(samples: Array, states: Array, others: Indices, tangents: Array) -> 
 
 
 def held_out_residuals(
-    samples: Array, chosen: Indices, others: Indices, dim: int, degrees: Sequence[int], jobs: int = 1
+    samples: Array,
+    chosen: Indices,
+    others: Indices,
+    dim: int,
+    degrees: Sequence[int],
+    jobs: int = 1,
+    ordered: bool = False,
 ) -> Array:
     """Distance of each chosen sample from the surface of a sample beside it that is not left out with it.
 
     That surface is fitted to `others` (n, k), sorted by distance, the chosen sample not among them. Judged at its
-    own centre a surface would hide the bias that it has where it is used, beside it. Several ascending degrees cost
+    own centre a surface would hide the bias that it has where it is used, beside it. Of `ordered` samples, whole
+    recordings, it is the nearest: what these differ by is no noise of single samples. Several ascending degrees cost
     hardly more than the highest of them; (len(degrees), n).
     """
     others = np.ascontiguousarray(others)
@@ -132,7 +139,8 @@ def held_out_residuals(
     def predict(part: slice) -> Array:
         around = others[part]
         principal = _principal_frames(samples, samples[around[:, 0]], around)
-        centres = samples[_beside(samples, samples[chosen[part]], around, principal[:, :dim])]
+        beside = around[:, 0] if ordered else _beside(samples, samples[chosen[part]], around, principal[:, :dim])
+        centres = samples[beside]
         rows = []
         for some in together:
             frames, layout = principal.copy(), _layout(dim, some)

@@ -94,11 +94,11 @@ class _Judge(NamedTuple):
     others: Indices
     dim: int
     jobs: int
+    ordered: bool
 
     def __call__(self, degrees: Sequence[int], neighbours: int) -> Array:
         """Squared errors of ascending degrees, winsorised; (len(degrees), n)."""
-        others = self.others[:, :neighbours]
-        errors = held_out_residuals(self.samples, self.chosen, others, self.dim, degrees, self.jobs) ** 2
+        errors = held_out_residuals(*self[:2], self.others[:, :neighbours], self.dim, degrees, *self[4:]) ** 2
         return np.minimum(errors, np.quantile(errors, WINSOR, axis=1, keepdims=True))
 
 
@@ -172,7 +172,7 @@ def choose_shapes(
     def judge(count: int, good: Sequence[Shape]) -> _Judge:
         chosen = spread_out(len(samples), count, seed)
         others = nearest_others(samples, chosen, max(s.neighbours for s in good), groups, jobs)
-        return _Judge(samples, chosen, others, dim, jobs)
+        return _Judge(samples, chosen, others, dim, jobs, groups is not None)
 
     progress("choosing the local surfaces", 0.0)
     squares = _climb(screened := judge(SCREENED, shapes), shapes)
