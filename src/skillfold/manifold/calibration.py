@@ -53,7 +53,7 @@ def calibrate(
     left_out = samples[judged.left_out]
     tolerance = _quantile(np.sqrt(judged.squares))
     if len(chosen) < len(samples):
-        # Held out, the surface was one around the nearest sample. Around the nearest anchor it may be farther off.
+        # Held out, the surface was one around a sample close by. Around the nearest anchor it may be farther off.
         tolerance = max(tolerance, _quantile(measured(left_out)[0]))
     # Half-way between anchors that follow each other is no farther out than usual, however near each has a twin.
     spacing = max(_quantile(_gaps(samples, surface.rows, chosen, judged, seed)), HALF_WAY * stride)

@@ -98,7 +98,8 @@ class _Judge(NamedTuple):
 
     def __call__(self, degrees: Sequence[int], neighbours: int) -> Array:
         """Squared errors of ascending degrees, winsorised; (len(degrees), n)."""
-        errors = held_out_residuals(*self[:2], self.others[:, :neighbours], self.dim, degrees, *self[4:]) ** 2
+        others, options = self.others[:, :neighbours], (self.jobs, self.ordered)
+        errors = held_out_residuals(self.samples, self.chosen, others, self.dim, degrees, *options) ** 2
         return np.minimum(errors, np.quantile(errors, WINSOR, axis=1, keepdims=True))
 
 
@@ -288,8 +289,7 @@ def _pick(squares: dict[Shape, Array], places: Array, dim: int) -> list[Shape]:
     difference = local - local[local.mean(2).argmin(0), np.arange(len(around))]
     as_good = difference.mean(2) <= DOUBTED * difference.std(2) / np.sqrt(around.shape[1])
     samples_a_term = np.array([smoothness(s, dim) for s in shapes])
-    best = np.where(as_good, samples_a_term[:, None], -1.0).argmax(0)
-    return [shapes[i] for i in best]
+    return [shapes[i] for i in np.where(as_good, samples_a_term[:, None], -1.0).argmax(0)]
 
 
 def _pick_one(squares: dict[Shape, Array], places: Array, dim: int) -> list[Shape]:
