@@ -56,19 +56,54 @@ def test_tangent_bases_far_away_are_those_of_the_nearest_centre(model):
     np.testing.assert_allclose(bases_at(model, x[None])[0], expected, atol=1e-10)
 
 
-@pytest.mark.parametrize("turned", [0.0, 0.1, 0.3, 2.0])
+@pytest.mark.parametrize("turned", [0.0, 0.1, 1.0, 5.0])
 def test_stand_in(model, turned):
     """Rows turned by more and more away from the surface, of which those that lie across it are replaced."""
     s = model.surface
-    nearest = model.rng.integers(0, len(s.rows), (40, 3))
+    ordered = [twins.nearest(s.points, x) for x in model.states(40)]
+    nearest, squares = (np.array(values) for values in zip(*ordered, strict=True))
+    weights = np.array([twins.blend_weights(square) for square in squares])
     rows = s.tangents[nearest[:, 0]] * s.radii[nearest[:, 0], None, None]
     rows = rows + turned * model.rng.normal(size=rows.shape)
     bases = np.array([twins.orthonormalise(row)[0] for row in rows])
-    expected = [twins.stand_in(s, j, basis) for j, basis in zip(nearest[:, 0], bases, strict=True)]
+    expected = [twins.stand_in(s, *known) for known in zip(nearest[:, :-1], weights, bases, strict=True)]
     replaced = np.array([not np.array_equal(a, b) for a, b in zip(expected, bases, strict=True)])
-    assert replaced.any() == (turned > 0.2)
-    tangents.stand_in(s.charts, s.radii, nearest, np.empty(s.charts.shape[2]), bases)
-    np.testing.assert_allclose(bases, expected, atol=1e-12)
+    assert replaced.any() == (turned > 0.5)
+    tangents.stand_in(
+        s.charts, s.radii, nearest, weights, np.empty(s.charts.shape[2]), np.empty(rows.shape[1:]), bases
+    )
+    np.testing.assert_allclose(bases, expected, atol=1e-9)
+
+
+def test_a_direction_across_comes_from_the_anchors_and_another_stays():
+    model = random_model(3, *SHAPES[-1])
+    s, (d, D) = model.surface, model.field.weights.shape[:2]
+    whole = np.linalg.qr(model.rng.normal(size=(D, D)))[0].T
+    surface = s._replace(charts=s.charts.copy(), radii=np.ones_like(s.radii))
+    surface.charts[:, 1:, :d] = whole[:d].T
+    basis = np.concatenate([whole[: d - 1], whole[d : d + 1]])[None]
+    nearest, weights = np.array([[0, 1, 2]]), np.array([[0.7, 0.3]])
+    tangents.stand_in(
+        surface.charts, surface.radii, nearest, weights, np.empty(s.charts.shape[2]), np.empty((d, D)), basis
+    )
+    np.testing.assert_allclose(basis[0].T @ basis[0], whole[:d].T @ whole[:d], atol=1e-12)
+
+
+def test_along_chart(model):
+    s, states = model.surface, model.states(len(model.surface.rows))
+    bases, row = np.array([twins.tangent_basis(model.field, x)[0] for x in states]), np.empty(s.charts.shape[2])
+    for j, basis in enumerate(bases):
+        expected = ((basis @ s.tangents[j].T * s.radii[j]) ** 2).sum()
+        assert tangents.along_chart(s.charts, s.radii, j, basis, row) == pytest.approx(expected, rel=1e-12)
+
+
+def test_lend(model):
+    s, x = model.surface, model.states(1)[0]
+    nearest, squares = twins.nearest(s.points, x)
+    weights, basis = twins.blend_weights(squares), twins.tangent_basis(model.field, x)[0]
+    expected = twins.lend(s, nearest[:-1], weights, 0.3, basis)
+    tangents.lend(s.charts, s.radii, nearest, weights, 0.3, np.empty(basis.shape), basis)
+    np.testing.assert_allclose(basis, expected, atol=1e-9)
 
 
 @njit

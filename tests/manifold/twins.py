@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 
 BLENDED = 8
 REACH = 1.5
-ACROSS = 0.25
+ACROSS, WHOLLY, LENT = 0.6, 0.9, 0.5
 STARTS = 4
 
 
@@ -39,11 +39,20 @@ def tangent_basis(field, x):
     return orthonormalise(np.einsum("k,ack->ac", weights / weights.sum(), field.weights))
 
 
-def stand_in(surface, anchor, basis):
-    """Orthonormal rows, or the anchor's tangents where those lie across its surface."""
-    own = surface.tangents[anchor] * surface.radii[anchor]
-    lost = len(basis) - ((basis @ own.T) ** 2).sum()
-    return orthonormalise(own)[0] if lost > ACROSS else basis
+def stand_in(surface, anchors, weights, basis):
+    """Orthonormal rows, or where they lie across the surface of the first anchor what all anchors' tangents add."""
+    own = surface.tangents[anchors[0]] * surface.radii[anchors[0]]
+    across = len(basis) - ((basis @ own.T) ** 2).sum()
+    if across <= ACROSS:
+        return basis
+    return lend(surface, anchors, weights, LENT * min((across - ACROSS) / (WHOLLY - ACROSS), 1.0), basis)
+
+
+def lend(surface, anchors, weights, share, basis):
+    """The first anchor's tangents, as much as the rows and a share of all anchors' tangents hold of them."""
+    tangents = surface.tangents[anchors] * surface.radii[anchors, None, None]
+    blended = sum(w * t.T @ t for w, t in zip(weights, tangents, strict=True))
+    return orthonormalise(tangents[0] @ (basis.T @ basis + share * blended))[0]
 
 
 @cache
@@ -93,7 +102,7 @@ def displacement(surface, field, x):
     parts = np.array([anchor_displacement(surface, i, x) for i in order[:-1]])
     mean = weights @ parts
     spread = weights @ (parts**2).sum(1) - (mean**2).sum()
-    basis = stand_in(surface, order[0], tangent_basis(field, x)[0])
+    basis = stand_in(surface, order[:-1], weights, tangent_basis(field, x)[0])
     return mean - basis.T @ (basis @ mean), basis, square[0], np.sqrt(max(spread, 0.0))
 
 

@@ -80,6 +80,7 @@ def _arrays(model: Any, codim: int) -> dict[int, Any]:
         scratch.KNOWN: room.known,
         scratch.DISTANCES: room.distances,
         scratch.ALONG: room.along,
+        scratch.MIXED: room.mixed,
         scratch.PLACE: room.place,
         scratch.ROW: room.row,
         scratch.COORDINATES: room.coordinates,

@@ -51,8 +51,8 @@ STARTS = 4  # anchors from which a far state is projected, besides the state its
 # Of a table of scratch memory, what `evaluate` uses.
 NEAREST, SQUARES, NORMALS, BASES, DOUBTS, BLEND = range(6)
 NEARBY, NEARBY_SQUARES, ORIGINS, KNOWN, DISTANCES = range(6, 11)
-ALONG, PLACE, ROW, COORDINATES, MONOMIALS, FEATURES = range(11, 17)
-SLOTS = 17
+ALONG, MIXED, PLACE, ROW, COORDINATES, MONOMIALS, FEATURES = range(11, 18)
+SLOTS = 18
 
 
 class Scratch(NamedTuple):
@@ -87,6 +87,7 @@ class Scratch(NamedTuple):
     starts: Indices
     start_squares: Array
     along: Array
+    mixed: Array
     place: Array
     row: Array
     coordinates: Array
@@ -122,6 +123,7 @@ def make_scratch(t: Indices, n: int) -> Scratch:
         np.zeros(min(STARTS, M), np.int64),
         np.empty(min(STARTS, M)),
         np.empty(d),
+        np.empty((d, D)),
         np.zeros(matrix(t, MAPS).shape[1]),
         np.zeros(max(matrix(t, CHARTS).shape[1], w, 2 * LANES)),
         np.ones((d + 1, BLENDED)),
@@ -140,6 +142,7 @@ def make_scratch(t: Indices, n: int) -> Scratch:
     enter(s.table, KNOWN, s.known, 1, n)
     enter(s.table, DISTANCES, s.distances, 1, M)
     enter(s.table, ALONG, s.along, 1, d)
+    enter(s.table, MIXED, s.mixed, d, D)
     enter(s.table, PLACE, s.place, 1, s.place.size)
     enter(s.table, ROW, s.row, 1, s.row.size)
     enter(s.table, COORDINATES, s.coordinates, d + 1, BLENDED)
@@ -204,7 +207,7 @@ def evaluate_in(t: Indices, states: Array, s: Indices, whole: int) -> int:
         bases = reals_at(address(s, BASES), (n, along.size, normals.shape[1]))
         kernels = matrix(t, CENTRES), vector(t, PRECISION)[0], matrix(t, WEIGHTS)
         tangent_bases(*kernels, states, vector(s, FEATURES), row, bases)
-        stand_in(surface.charts, surface.radii, nearest, row, bases)
+        stand_in(surface.charts, surface.radii, nearest, weights, row, matrix(s, MIXED), bases)
         remove_tangential(bases, normals, along)
     return 0
 

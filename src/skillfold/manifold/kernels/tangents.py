@@ -7,12 +7,14 @@ import numpy as np
 
 from skillfold.jit import inlined, inner
 from skillfold.lanes import LANES, larger, load, smaller, spread, store
-from skillfold.manifold.kernels.small import orthonormalise
+from skillfold.manifold.kernels.small import copy, orthonormalise
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-ACROSS = 0.25  # squared sines, summed over directions: the share of a displacement that is left each time
+# Squared sines between the field's directions and the nearest anchor's, summed: the share of a displacement that is
+# left each time. From which on, and up to which more and more, the anchors' tangents are lent; and how much of them.
+ACROSS, WHOLLY, LENT = 0.6, 0.9, 0.5
 
 
 @inner
@@ -78,34 +80,71 @@ def tangent_bases(
 
 
 @inlined
-def stand_in(charts: Array, radii: Array, nearest: Indices, row: Array, bases: Array) -> None:
-    """Orthonormal rows (n, d, D) that lie across the surface ← the tangents of the nearest anchor.
+def stand_in(
+    charts: Array, radii: Array, nearest: Indices, weights: Array, row: Array, mixed: Array, bases: Array
+) -> None:
+    """Orthonormal rows (n, d, D) that lie across the surface ← what the tangents of the blended anchors add to them.
 
     Where samples end, sums of a few kernels' weights may turn away from the surface by a right angle. Then what is
     taken off a displacement along the ones is what leads back to the other, and no iteration gets there.
 
     Args:
         charts, radii: of the surface.
-        nearest: (n, …) anchors of each state, the nearest first.
-        row: (e,) memory.
+        nearest, weights: anchors of each state, the nearest first, and weights (n, m) of those that are blended.
+        row, mixed: (e,) and (d, D) memory.
         bases: rows in place.
     """
-    n, d, D = bases.shape
-    rows, e = charts.shape[1], charts.shape[2]
-    for i in range(n):
-        first, along = nearest[i, 0] * rows * e, 0.0
-        for a in range(d):
-            for b in range(0, e, LANES):
-                u = spread(0.0)
+    d = bases.shape[1]
+    for i in range(len(bases)):
+        across = d - along_chart(charts, radii, nearest[i, 0], bases[i], row)
+        if across > ACROSS:
+            share = LENT * min((across - ACROSS) / (WHOLLY - ACROSS), 1.0)
+            lend(charts, radii, nearest[i], weights[i], share, mixed, bases[i])
+
+
+@inlined
+def along_chart(charts: Array, radii: Array, anchor: int, basis: Array, row: Array) -> float:
+    """Squared cosines, summed over directions, between orthonormal rows (d, D) and an anchor's tangents."""
+    _, rows, e = charts.shape
+    first, along = anchor * rows * e, 0.0
+    for a in range(basis.shape[0]):
+        for b in range(0, e, LANES):
+            u = spread(0.0)
+            for c in range(basis.shape[1]):
+                u = u + load(charts, first + (1 + c) * e + b) * spread(basis[a, c])
+            store(u * u, row, 0)
+            along += row[0] + row[1] + row[2] + row[3]
+    return along * radii[anchor] ** 2
+
+
+@inner
+def lend(
+    charts: Array, radii: Array, nearest: Indices, weights: Array, share: float, mixed: Array, basis: Array
+) -> None:
+    """Orthonormal rows ← the nearest anchor's tangents T, as T (B + share Σ w P): B along the rows, P along anchors'.
+
+    A direction at the angle φ to the rows is cos φ of B and a share of P: one that they hold stays, one that lies
+    across comes from the anchors, and neither jumps where the nearest anchor changes.
+    """
+    d, D = basis.shape
+    mixed[:] = 0.0
+    for a in range(d):
+        for b in range(d):
+            s = 0.0
+            for c in range(D):
+                s += charts[nearest[0], 1 + c, a] * basis[b, c]
+            for c in range(D):
+                mixed[a, c] += s * basis[b, c]
+            for j in range(weights.size):
+                k, s = nearest[j], 0.0
                 for c in range(D):
-                    u = u + load(charts, first + (1 + c) * e + b) * spread(bases[i, a, c])
-                store(u * u, row, 0)
-                along += row[0] + row[1] + row[2] + row[3]
-        if along * radii[nearest[i, 0]] ** 2 < d - ACROSS:
-            for a in range(d):
+                    s += charts[nearest[0], 1 + c, a] * charts[k, 1 + c, b]
+                s *= share * weights[j] * radii[k] ** 2
                 for c in range(D):
-                    bases[i, a, c] = charts[nearest[i, 0], 1 + c, a]
-            orthonormalise(bases[i])
+                    mixed[a, c] += s * charts[k, 1 + c, b]
+    for a in range(d):
+        copy(mixed[a], basis[a])
+    orthonormalise(basis)
 
 
 @inlined
