@@ -8,7 +8,7 @@ here.
 import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -204,27 +204,27 @@ def _recordings(shapes: Sequence[str]) -> tuple[list[RecordedTask], tuple[str, .
 def _compiled(progress: Progress) -> Iterator[None]:
     """Everything below once on very little, so that the times that are told are those of the work.
 
-    What the tray needs is compiled beside what is done here.
+    What needs no skill is compiled beside the learning of one, and what the tray needs beside what is done here.
     """
-    with ahead.running("skillfold.experiments.demo_ahead"):
-        progress("compiling (once on each machine): learning", 0.0)
-        poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
-        reaching, _ = _learn(poses, dim=2, kernels=5)
-        progress("compiling (once on each machine): planning", 0.2)
-        geodesic(reaching.model, poses[:2], len(poses))
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "reaching.npz"
-        reaching.save(file)
-        with ahead.running("skillfold.experiments.demo_ahead", str(file)):
-            _compile_queries(reaching, poses, progress)
-            yield
-            progress("compiling (once on each machine): the tray", 0.8)
-            demo_ahead.carried(reaching)
+    with TemporaryDirectory() as folder, ExitStack() as beside:
+        with ahead.running("skillfold.experiments.demo_ahead"):
+            progress("compiling (once on each machine): learning", 0.0)
+            poses = optimal(inside_grid(40, np.random.default_rng(0)), REACHING)
+            reaching, _ = _learn(poses, dim=2, kernels=5)
+            progress("compiling (once on each machine): planning", 0.2)
+            geodesic(reaching.model, poses[:2], len(poses))
+            file = Path(folder) / "reaching.npz"
+            reaching.save(file)
+            beside.enter_context(ahead.running("skillfold.experiments.demo_ahead", str(file)))
+            progress("compiling (once on each machine): projecting", 0.35)
+        _compile_queries(reaching, poses)
+        yield
+        progress("compiling (once on each machine): the tray", 0.8)
+        demo_ahead.carried(reaching)
     demo_ahead.ways(reaching)  # compiled by now, or there is one core
 
 
-def _compile_queries(reaching: Any, poses: Array, progress: Progress) -> None:
-    progress("compiling (once on each machine): projecting", 0.35)
+def _compile_queries(reaching: Any, poses: Array) -> None:
     reaching.plan(poses[0], poses[1])
     reaching.project(reaching.sample(4))
     reaching.inside(poses)

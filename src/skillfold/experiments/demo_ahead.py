@@ -12,7 +12,7 @@ from skillfold.control.simulate import simulate
 from skillfold.control.tracking import JointTracker
 from skillfold.experiments.tumbler_runs import NAIVE
 from skillfold.manifold.ahead import project_onto_a_line
-from skillfold.manifold.sampled import sampled_path
+from skillfold.manifold.sampled import sampled_path, smoothed
 from skillfold.manifold.terrain import Terrain
 from skillfold.robots.robot import Robot
 from skillfold.robots.shapes import Box
@@ -21,17 +21,19 @@ BRIEF = 0.01  # seconds that are simulated
 
 
 def unlearnt() -> None:
-    """Projection, and distances from obstacles."""
-    project_onto_a_line()
+    """Distances from obstacles, of which ways are made, and projection."""
     _surroundings()[1].compiled()
+    project_onto_a_line()
 
 
 def ways(skill: Any) -> None:
-    """Trees, shortcuts and smoothing; whatever comes of it."""
+    """Smoothing, which needs no projection, then trees and shortcuts; whatever comes of it."""
     _, obstacles = _surroundings()
     model, ends = skill.model, skill.sample(2, 0)
     terrain = Terrain.between(model, skill.space, obstacles, ends, 0.5 * obstacles.margin)
-    sampled_path(terrain, terrain.coordinates(ends), obstacles.resolution / model.scale, 0)
+    straight, spacing = terrain.coordinates(ends), obstacles.resolution / model.scale
+    smoothed(terrain, straight, spacing)
+    sampled_path(terrain, straight, spacing, 0)
 
 
 def carried(skill: Any) -> None:

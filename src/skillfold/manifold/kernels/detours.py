@@ -179,7 +179,9 @@ def bend_clear(
     free_rows(b.tangents, kept)
     iteration, moved, steepest, allowed = 0, np.inf, 0.0, 0.0
     if spacing > 0.0:
-        inner[:] = path[:, :kept]
+        for i in range(n):
+            for c in range(kept):
+                inner[i, c] = path[i, c]
         evaluate(inner[1 : n - 1], scratch)
         allowed = beyond_edge(inner, spacing, scratch)
         if allowed == 0.0:
