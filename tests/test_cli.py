@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -284,16 +283,14 @@ def test_numbers_that_json_has_not_become_null(capsys, monkeypatch):
     assert json.loads(text, parse_constant=pytest.fail)["rows"][0]["measured"] is None
 
 
-def test_help_is_light_and_quick():
+def test_help_is_light():
     code = (
         "import sys; from skillfold.cli import main; main(['--help']); "
         "heavy = {'numpy', 'numba', 'matplotlib', 'scipy', 'sklearn', 'mujoco'} & set(sys.modules); "
         "sys.exit(str(heavy) if heavy else 0)"
     )
-    start = time.perf_counter()
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert time.perf_counter() - start < 2.0  # 0.2 s where nothing else runs
 
 
 def test_a_terminal_that_knows_no_unicode(folder):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skillfold as sf
-from skillfold.cli import main
+from skillfold.cli import files, main
 from skillfold.experiments.reaching import inside_grid
 from skillfold.experiments.three_link import REACHING, forward, optimal
 
@@ -74,6 +74,7 @@ def test_without_a_scene_the_robot_keeps_clear_of_itself(folder, capsys):
         (["--robot", "planar_arm", "--method", "leaf"], "springs"),
         (["--robot", "planar_arm", "--seed", "-2"], "--seed"),
         (["--method", "hinge"], "anchored, leaf"),
+        (["--out", "path.npz"], "path.npz: ends in .npz; possible: .csv"),
     ],
 )
 def test_what_cannot_be_used_is_told_in_one_line(folder, capsys, options, message):
@@ -81,3 +82,16 @@ def test_what_cannot_be_used_is_told_in_one_line(folder, capsys, options, messag
     assert code == 2
     assert message in err
     assert len(err.strip().splitlines()) == 1
+
+
+def test_what_was_made_up_of_a_robot_is_said(tmp_path, capsys):
+    file = tmp_path / "arm.urdf"
+    file.write_text(
+        '<robot name="arm"><link name="base"/><link name="tip"/><joint name="a" type="revolute">'
+        '<parent link="base"/><child link="tip"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    assert files.load_robot(str(file)).dof == 1
+    told = capsys.readouterr().err
+    assert told.startswith("skillfold: note:")
+    assert "tip" in told

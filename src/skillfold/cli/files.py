@@ -5,12 +5,14 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from skillfold.cli import console
 from skillfold.errors import InputError, SkillFileError
 
 if TYPE_CHECKING:
     from skillfold.demonstrations import Demonstrations
     from skillfold.keyframes.skill import KeyframeSkill
     from skillfold.manifold.skill import SkillManifold
+    from skillfold.robots.robot import Robot
 
 KINDS: dict[str, Literal["manifold", "keyframes"]] = {"skill manifold": "manifold", "keyframes": "keyframes"}
 DEMO = re.compile(r"demo:(\d{1,9}):(\w+)")
@@ -45,14 +47,27 @@ def load(path: Path) -> "SkillManifold":
     return SkillManifold.load(path)
 
 
-def writable(path: Path) -> Path:
+def load_robot(name: str) -> "Robot":
+    """A robot; what was left out or made up on loading is said."""
+    from skillfold.robots.robot import Robot
+
+    robot = Robot.load(name)
+    for note in robot.notes:
+        console.say(f"note: {name}: {note}")
+    return robot
+
+
+def writable(path: Path, *kinds: str) -> Path:
     """The path, if a file can be written there: better told before the work than after.
 
     Raises:
-        InputError: a folder, or in a folder that is missing or locked.
+        InputError: a folder, or in a folder that is missing or locked; or its name ends in none of the kinds, such as
+            .csv, where some are given.
     """
     if path.is_dir():
         raise InputError(f"{path}: is a folder; expected the name of a file to write.")
+    if kinds and path.suffix.lower() not in kinds:
+        raise InputError(f"{path}: ends in {path.suffix or 'nothing'}; possible: {', '.join(kinds)}.")
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}; make it first.")
     if not os.access(path if path.exists() else path.parent, os.W_OK):

@@ -28,7 +28,7 @@ def plan(asked: "Plan", around: "Obstacles | None") -> int:
         raise InputError(f"{', '.join(given)}: {asked.skill} is a skill of keyframes, which has its own goal.")
     if around is None:
         raise InputError(f"{asked.skill} is a skill of keyframes: name the robot whose tool it is for, --robot jaco.")
-    out = None if asked.out is None else files.writable(asked.out)
+    out = None if asked.out is None else files.writable(asked.out, ".csv")
     skill = files.load_keyframes(asked.skill)
     start = found_start(skill, around, seed(asked.seed)) if asked.start is None else _read(asked.start, around)
     planned = _planned(asked, skill, around, start)

@@ -79,7 +79,7 @@ class Plan:
             from skillfold.cli.keyframe_planning import plan
 
             return plan(self, obstacles(self.robot, self.scene, self.margin))
-        out = None if self.out is None else files.writable(self.out)
+        out = None if self.out is None else files.writable(self.out, ".csv")
         skill = files.load(self.skill)
         plan = self._plan(skill)
         if out and plan.success:
@@ -143,11 +143,10 @@ def obstacles(robot: str | None, scene: Path | None, margin: float | None) -> "O
             raise InputError(f"--margin {margin}: whose clearance is this? Name the robot, such as --robot lwr4.")
         return None
     from skillfold.robots.obstacles import MARGIN
-    from skillfold.robots.robot import Robot
     from skillfold.robots.scene import Scene
 
     kept = MARGIN if margin is None else margin
-    return Robot.load(robot).obstacles(None if scene is None else Scene.load(scene), margin=kept)
+    return files.load_robot(robot).obstacles(None if scene is None else Scene.load(scene), margin=kept)
 
 
 @dataclass(frozen=True)
@@ -168,7 +167,7 @@ class Project:
         """Read, project, write, report."""
         from skillfold.io.state_files import read_states, state_columns, write_table
 
-        out = files.writable(self.out)
+        out = files.writable(self.out, ".csv")
         skill = files.load(self.skill)
         table = read_states(self.states, skill.names)
         distance, inside = skill.distance(table.states), skill.inside(table.states)

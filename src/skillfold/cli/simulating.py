@@ -56,7 +56,7 @@ class Simulate:
     def run(self) -> int:
         """Plan, simulate, write, report."""
         pushes, chosen = [push(text) for text in self.push], seed(self.seed)
-        out, video = self.out and _table(self.out), self.video and _video(self.video)
+        out, video = self.out and files.writable(self.out, ".npz", ".csv"), self.video and _video(self.video)
         rollout = self._rollout(pushes, chosen)
         if rollout is None:
             return 1
@@ -69,10 +69,9 @@ class Simulate:
     def _rollout(self, pushes: "list[Push]", chosen: int) -> "Rollout | None":
         from skillfold.control.reactive import ReactiveController
         from skillfold.control.simulate import simulate
-        from skillfold.robots.robot import Robot
         from skillfold.robots.tray import Tray
 
-        skill, robot = files.load(self.skill), Robot.load(self.robot)
+        skill, robot = files.load(self.skill), files.load_robot(self.robot)
         scene, tray = self._scene(), Tray() if self.tray else None
         obstacles = None if scene is None else robot.obstacles(scene)
         ends = [files.state("--start", self.start, skill, None), files.state("--goal", self.goal, skill, None)]
@@ -130,13 +129,6 @@ def push(text: str) -> "Push":
     except ValueError:
         raise wanted from None
     return Push(time=time, body=int(link) if link.isdecimal() else link, force=force, duration=duration)
-
-
-def _table(path: Path) -> Path:
-    """The path, if a run can be written there: better told before the work than after."""
-    if path.suffix.lower() not in (".npz", ".csv"):
-        raise InputError(f"--out {path}: ends in {path.suffix or 'nothing'}; possible: .npz, .csv.")
-    return files.writable(path)
 
 
 def _video(path: Path) -> Path:
