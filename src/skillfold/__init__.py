@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from skillfold.robots.shapes import Sphere as Sphere
     from skillfold.robots.tray import Tray as Tray
     from skillfold.spaces import StateSpace as StateSpace
+    from skillfold.viewing.plan_pictures import draw_plan as draw_plan
 
 __version__ = "0.1.0"
 
@@ -71,6 +72,7 @@ _HOME = {
     "TaskSpaceRegion": "skillfold.keyframes.hand_written",
     "Trajectory": "skillfold.motion",
     "Tray": "skillfold.robots.tray",
+    "draw_plan": "skillfold.viewing.plan_pictures",
     "plan_constrained": "skillfold.keyframes.constrained",
     "simulate": "skillfold.control.simulate",
 }

@@ -34,6 +34,7 @@ def plan(asked: "Plan", around: "Obstacles | None") -> int:
     planned = _planned(asked, skill, around, start)
     if out and planned.success:
         _write(out, around, planned)
+    asked.draw(skill, planned, around)
     told = facts(planned, out) | {"start": [float(value) for value in start]}
     if asked.json:
         states = planned.path.states.tolist() if planned.success else None

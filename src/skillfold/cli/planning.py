@@ -8,10 +8,12 @@ import tyro
 
 from skillfold.cli import console, files
 from skillfold.cli.options import Flag, seed, shown
+from skillfold.cli.screen import draw_off_screen
 from skillfold.errors import InputError
 
 if TYPE_CHECKING:
     from skillfold.demonstrations import Demonstrations
+    from skillfold.keyframes.skill import KeyframeSkill
     from skillfold.manifold.skill import SkillManifold
     from skillfold.motion import Plan as Planned
     from skillfold.robots.obstacles import Obstacles
@@ -70,20 +72,26 @@ class Plan:
     """Of what is sampled to find a way around obstacles."""
     recordings: Annotated[tuple[Path, ...], shown("FILE", "(the skill keeps their first and last states)")] = ()
     """The recordings that demo:... refers to."""
+    picture: Annotated[Path | None, shown("PICTURE.PNG|.SVG|.PDF", "(none)")] = None
+    """Draw the plan: where it leads, each coordinate along it beside the demonstrations, and how well it holds."""
     json: Flag = False
     """Report as JSON, with the states of the path."""
 
     def run(self) -> int:
         """Plan, write, report."""
+        if self.picture:
+            draw_off_screen()
+            files.writable(self.picture, ".png", ".svg", ".pdf")
         if files.kind(self.skill) == "keyframes":
             from skillfold.cli.keyframe_planning import plan
 
             return plan(self, obstacles(self.robot, self.scene, self.margin))
         out = None if self.out is None else files.writable(self.out, ".csv")
-        skill = files.load(self.skill)
-        plan = self._plan(skill)
+        skill, around = files.load(self.skill), obstacles(self.robot, self.scene, self.margin)
+        plan = self._plan(skill, around)
         if out and plan.success:
             _write_path(out, skill, plan)
+        self.draw(skill, plan, around)
         told = _facts(plan, out)
         console.report(
             {**told, "names": list(skill.names), "states": _states(plan)} if self.json else told, self.json
@@ -92,7 +100,14 @@ class Plan:
             console.say(f"no path: {plan.reason}")
         return 0 if plan.success else 1
 
-    def _plan(self, skill: "SkillManifold") -> "Planned":
+    def draw(self, skill: "SkillManifold | KeyframeSkill", plan: "Planned", around: "Obstacles | None") -> None:
+        """The picture, if one is asked for; of a plan that failed, too."""
+        if self.picture:
+            from skillfold.viewing.plan_pictures import draw_plan
+
+            draw_plan(skill, plan, self.picture, around)
+
+    def _plan(self, skill: "SkillManifold", around: "Obstacles | None") -> "Planned":
         demos = self._demonstrations(skill)
         start, goal = self._ends(skill, demos)
         via = [files.state("--via", text, skill, demos) for text in self.via] or None
@@ -103,7 +118,7 @@ class Plan:
             via=via,
             route=self.route,
             method=self.method,
-            obstacles=obstacles(self.robot, self.scene, self.margin),
+            obstacles=around,
             seed=seed(self.seed),
         )
 

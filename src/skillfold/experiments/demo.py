@@ -158,7 +158,7 @@ def handwriting(task: RecordedTask, rng: np.random.Generator) -> Chapter:
     chosen = rng.choice(len(demos), min(PLANS, len(demos)), replace=False)
     ends = np.array([demos[i][[0, -1]] for i in chosen])
     plans, seconds = _plans(skill, ends + ASIDE * skill.tolerance * rng.standard_normal(ends.shape))
-    low, high = _square(np.concatenate(demos))
+    low, high = square(np.concatenate(demos))
     push = PUSH * (high - low) * rng.standard_normal((DISTURBED, 2))
     disturbed = np.clip(skill.sample(DISTURBED, int(rng.integers(2**31))) + push, low, high)
     projected, each = _projected(skill, disturbed)
@@ -259,7 +259,7 @@ def _projected(skill: Any, states: Array) -> tuple[Array, float]:
     return onto, (perf_counter() - start) / len(states)
 
 
-def _square(states: Array) -> tuple[Array, Array]:
+def square(states: Array) -> tuple[Array, Array]:
     """Lowest and highest corner of a square with the states in its middle."""
     low, high = states.min(axis=0), states.max(axis=0)
     half = (0.5 + MARGIN) * float((high - low).max())

@@ -17,6 +17,7 @@ from skillfold.tables import Array
 WIDTH, HEIGHT = 640, 480  # pixels: MuJoCo's offscreen buffer
 MOST = 20_000  # shapes in a picture
 AZIMUTH, ELEVATION = 135.0, -18.0  # degrees
+MOMENTS = 25  # of a motion, at which it is looked how much room it takes
 BESIDE, FRONT = 1.0, 215.0  # m and degrees: whence snapshots are taken
 Paint = Mapping[str, tuple[float, float, float]]
 """Red, green and blue of bodies and of obstacles, by name."""
@@ -70,7 +71,7 @@ def pictures(
     Args:
         world: with the robot.
         times, states, tumblers: of the pictures.
-        view: where from; left out, from the side, far enough to see the whole motion of the tool.
+        view: where from; left out, from the side, far enough to see the whole motion.
         marks: of each picture, what is drawn besides.
 
     Raises:
@@ -176,11 +177,12 @@ def _next(scene: Any) -> Any:
 
 
 def _camera(world: World, states: Array) -> Any:
-    """From the side, far enough to see the whole motion of the tool."""
-    tools = world.robot.forward(states)[:, :3]
-    low, high = np.minimum(tools.min(0), 0.0), np.maximum(tools.max(0), 0.0)
+    """From the side, far enough to see the whole motion of every part."""
+    some = states[:: max(len(states) // MOMENTS, 1)]
+    places = np.concatenate([world.robot.forward(some, frame)[:, :3] for frame in (None, *world.robot.frames)])
+    low, high = np.minimum(places.min(0), 0.0), np.maximum(places.max(0), 0.0)
     camera = mujoco.MjvCamera()
     camera.lookat[:] = 0.5 * (low + high)
-    camera.distance = 1.6 * max(float(np.linalg.norm(high - low)), 0.5)
+    camera.distance = 1.5 * max(float(np.linalg.norm(high - low)), 0.5)
     camera.azimuth, camera.elevation = AZIMUTH, ELEVATION
     return camera

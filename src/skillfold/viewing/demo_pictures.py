@@ -4,19 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from scipy.ndimage import median_filter, zoom
 
-from skillfold.experiments.demo import FINE, PAPER_RMSE, Chapter, Field, Story
-from skillfold.motion import Array
+from skillfold.experiments.demo import PAPER_RMSE, Chapter, Story
 from skillfold.viewing import arm_pictures as arms
 from skillfold.viewing import plots
-from skillfold.viewing.style import INK, OFF, ON, PLANS, SOFT, TUNNEL, bare, figure, save, style
+from skillfold.viewing.planes import levels, plane
+from skillfold.viewing.style import INK, OFF, ON, PLANS, SOFT, TUNNEL, figure, save, style
 
-SMOOTH = 4  # times finer than its grid the bands of a field are drawn
-BANDS = 9
 DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5.5}
 
 
@@ -37,8 +33,7 @@ def handwriting(chapters: Sequence[Chapter]) -> Figure:
     made = figure(12.0, 6.9)
     axes = made.subplots(2, len(chapters), squeeze=False)
     made.subplots_adjust(left=0.025, right=0.995, top=0.95, bottom=0.105, wspace=0.03, hspace=0.03)
-    levels = _levels(chapters)
-    bands = [_plane(ax, chapter, levels) for row in axes for ax, chapter in zip(row, chapters, strict=True)]
+    bands = [_planes(row, chapters)[0] for row in axes]
     for (above, below), chapter in zip(axes.T, chapters, strict=True):
         plots.paths(above, chapter.paths)
         plots.projections(below, chapter.disturbed, chapter.projected)
@@ -78,9 +73,8 @@ def overview(first: Chapter, second: Chapter, arm: Chapter) -> Figure:
     """Two skills of the plane and the arm, side by side."""
     made = figure(12.0, 3.45)
     planes = [made.add_axes((left, 0.02, 0.245, 0.86)) for left in (0.005, 0.258)]
-    levels = _levels([first, second])
+    _planes(planes, (first, second))
     for ax, chapter in zip(planes, (first, second), strict=True):
-        _plane(ax, chapter, levels)
         plots.paths(ax, chapter.paths)
     space = made.add_axes((0.50, -0.02, 0.265, 0.95), projection="3d")
     sheet = arms.sheet(arm.skill)
@@ -97,33 +91,14 @@ def _titles(made: Figure, titles: dict[tuple[float, float], str]) -> None:
         made.text(*place, title, fontweight="bold", fontsize=10.5)
 
 
-def _plane(ax: Any, chapter: Chapter, levels: Array) -> Any:
-    """Demonstrations in their tunnel, over the distance field; returns its bands."""
-    field = chapter.field
-    assert field is not None
-    bands = plots.distance_field(ax, *_bands(field), levels)
-    plots.tunnel(ax, _finer(field.x, FINE), _finer(field.y, FINE), field.inside)
-    plots.demonstrations(ax, chapter.demonstrations)
-    ax.set_xlim(field.x[[0, -1]])
-    ax.set_ylim(field.y[[0, -1]])
-    bare(ax)
-    return bands
-
-
-def _bands(field: Field) -> tuple[Array, Array, Array]:
-    """The field on a finer grid; specks of a single state are not drawn as large as the grid is coarse."""
-    distance = zoom(median_filter(field.distance, 3), SMOOTH, order=3, mode="nearest")
-    return _finer(field.x, SMOOTH), _finer(field.y, SMOOTH), np.asarray(distance, dtype=np.float64).clip(min=0.0)
-
-
-def _finer(values: Array, times: int) -> Array:
-    return np.linspace(float(values[0]), float(values[-1]), times * len(values))
-
-
-def _levels(chapters: Sequence[Chapter]) -> Array:
-    """Bands that all chapters share, up to a distance that most states of their fields stay below."""
-    largest = np.quantile(np.concatenate([c.field.distance.ravel() for c in chapters if c.field]), 0.9)
-    return np.arange(BANDS, dtype=np.float64) * max(1.0, float(np.ceil(largest / (BANDS - 1))))
+def _planes(axes: Sequence[Any], chapters: Sequence[Chapter]) -> Any:
+    """Demonstrations in their tunnels, over distance fields in the same bands, which it returns."""
+    fields = [chapter.field for chapter in chapters if chapter.field is not None]
+    shared = levels(fields)
+    return [
+        plane(ax, field, chapter.demonstrations, shared)
+        for ax, chapter, field in zip(axes, chapters, fields, strict=True)
+    ]
 
 
 def _colour_bar(made: Figure, bands: Any, place: tuple[float, float, float, float]) -> None:
