@@ -289,6 +289,30 @@ def test_floors_and_loose_things_of_a_model(tmp_path):
     np.testing.assert_allclose(robot.center_of_mass([0.0])[2], 0.5, atol=1e-12)
 
 
+BOX = """<body name="box" pos="2 0 1"><freejoint/><geom size="0.1"/>
+<body name="lid" pos="0 0 .2"><joint name="lid" axis="0 1 0"/><geom size="0.05"/></body>{more}</body>"""
+TIED = '<equality><joint joint1="turn" joint2="lid"/><joint joint1="lid" joint2="turn"/></equality></mujoco>'
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_lids_of_loose_things_are_no_joints_of_the_robot(tmp_path, first):
+    box, arm = BOX.format(more=""), MJCF.format(base="")
+    mark, place = ("<worldbody>", f"<worldbody>{box}") if first else ("</worldbody>", f"{box}</worldbody>")
+    text = arm.replace(mark, place)
+    robot = load(tmp_path, text.replace("</mujoco>", TIED), "mine.xml")
+    assert robot.names == ("turn",) and not robot.floating
+    assert robot.notes == ("Not joints of the robot, as what carries them is loose: lid.",)
+    assert robot.self_clearance([np.pi / 2]) == pytest.approx(0.15, abs=1e-9)
+    np.testing.assert_allclose(robot.forward([0.3], "b"), load(tmp_path, arm, "mine.xml").forward([0.3], "b"))
+
+
+def test_of_two_free_things_the_robot_has_more_joints(tmp_path):
+    more = '<body><joint name="latch"/><geom size="0.05"/></body>'
+    walker = MJCF.format(base="<freejoint/>")
+    alone = load(tmp_path, walker.replace("<worldbody>", f"<worldbody>{BOX.format(more=more)}"), "mine.xml")
+    assert alone.names == ("lid", "latch") and alone.floating and "turn" in alone.notes[0]
+
+
 def test_a_free_base_stands_at_the_origin(tmp_path):
     robot = load(tmp_path, MJCF.format(base="<freejoint/>"), "mine.xml")
     assert robot.floating

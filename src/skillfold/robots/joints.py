@@ -92,7 +92,7 @@ def read_joints(model: Any, source: str, speeds: dict[str, float]) -> Joints:
     balls = [_name(model, i) for i in range(model.njnt) if kinds[i] == _BALL]
     if balls:
         raise RobotError(f"{source}: ball joints ({', '.join(balls)}); expected hinges, slides and one free base.")
-    numbers = np.array([i for i in range(model.njnt) if kinds[i] != _FREE], np.int64)
+    numbers = np.setdiff1d(np.flatnonzero(kinds != _FREE), loose_joints(model))
     if not len(numbers):
         raise RobotError(f"{source}: no joints that move; expected hinges or slides.")
     names = tuple(_name(model, i) for i in numbers)
@@ -180,6 +180,26 @@ def moves_of(model: Any, joints: Joints) -> Flags:
     return moves
 
 
+def loose_joints(model: Any) -> Indices:
+    """Joints of things that lie about, such as the lid of a box: what carries them is free, and not the robot.
+
+    Where something with joints stands fast, the robot does, else it is what has the most joints.
+    """
+    numbers = np.flatnonzero(model.jnt_type != _FREE)
+    roots = model.body_rootid[model.jnt_bodyid[numbers]]
+    first = model.body_jntadr[roots]
+    free = (first >= 0) & (model.jnt_type[np.maximum(first, 0)] == _FREE)
+    if free.all() and len(numbers):
+        free = roots != np.bincount(roots).argmax()
+    return numbers[free].astype(np.int64)
+
+
+def loose_notes(model: Any) -> tuple[str, ...]:
+    """What a user should know of them."""
+    names = [_name(model, int(number)) for number in loose_joints(model)]
+    return (f"Not joints of the robot, as what carries them is loose: {', '.join(names)}.",) if names else ()
+
+
 def robot_bodies(model: Any, joints: Joints) -> Flags:
     """(n_bodies,) whether a body is of the robot: not loose, nor moved from outside."""
     mine = np.ones(model.nbody, bool)
@@ -223,7 +243,8 @@ def _couplings(model: Any, numbers: Indices, source: str) -> tuple[Indices, Arra
     place = {int(number): k for k, number in enumerate(numbers)}
     for i in range(model.neq):
         follower, leader = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
-        if model.eq_type[i] != mujoco.mjtEq.mjEQ_JOINT or not model.eq_active0[i]:
+        loose = follower not in place or (leader >= 0 and leader not in place)
+        if model.eq_type[i] != mujoco.mjtEq.mjEQ_JOINT or not model.eq_active0[i] or loose:
             continue
         constant, slope, *curved = model.eq_data[i, :5]
         k, zero = place[follower], model.qpos0[model.jnt_qposadr[[follower, leader]]]

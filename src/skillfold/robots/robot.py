@@ -14,7 +14,7 @@ from skillfold.robots import kinematics
 from skillfold.robots.dynamics import Dynamics, frame_of
 from skillfold.robots.frames import NAMELESS, frames_of, last_frame
 from skillfold.robots.held import Load, fix_load, read_load
-from skillfold.robots.joints import Joints, Limits, machine_of, read_joints
+from skillfold.robots.joints import Joints, Limits, loose_notes, machine_of, read_joints
 from skillfold.robots.loading import Description, compiled, describe, lean
 from skillfold.robots.poses import compose, place_points, turn
 from skillfold.robots.reading import read_bases, read_joint_positions, read_whole
@@ -52,15 +52,15 @@ class Robot:
     """
 
     def __init__(self, description: Description) -> None:
-        self.source, self.notes = description.source, description.notes
+        self.source = description.source
         self._description = description
         self._spec = lean(description.spec)
         self.model = compiled(self._spec, self.source)
         self.joints: Joints = read_joints(self.model, self.source, description.speeds)
+        self.notes = (*description.notes, *loose_notes(self.model))
         self.name: str = description.spec.modelname or self.source
         self.names = self.joints.names
-        self.dof = self.joints.dof
-        self.floating = self.joints.base is not None
+        self.dof, self.floating = self.joints.dof, self.joints.base is not None
         self._frames = frames_of(self.model)
         self.frames = tuple(self._frames)
         self.tool = next((name for name in TOOLS if name in self._frames), None) or last_frame(self.model)
