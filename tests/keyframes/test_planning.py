@@ -123,6 +123,16 @@ def test_several_pairs_are_one_path(robot, long_skill, start):
     assert np.abs(np.diff(plan.path.states, axis=0)).max() < 0.011
 
 
+def test_entered_counts_along_the_whole_path(robot, long_skill, start):
+    """The second pair's path begins outside its reduced envelope, and is inside from the state told on."""
+    plan = long_skill.plan(robot, start, SCENE, alpha=50.0, seed=0, time_limit=30.0)
+    assert plan.success, plan.reason
+    last, entered = plan.stats["pairs"][-1], plan.stats["entered"]
+    assert entered == last["entered"] >= last["from"] > 0
+    reduced = long_skill.envelope(1).widened(last["gate_factor"]).reduced(50.0)
+    assert reduced.contains(robot.forward(plan.path.states[entered:])).all()
+
+
 def test_until_and_start_at(robot, long_skill, start):
     plan = long_skill.plan(robot, start, SCENE, until=1, time_limit=20.0)
     assert plan.success and [row["pair"] for row in plan.stats["pairs"]] == [0]

@@ -21,6 +21,7 @@ def told(
     path = Path(states, robot.names)
     checks = [outcome.check for outcome in outcomes if outcome.check is not None]
     residual = max((check.residual for check in checks), default=np.inf)
+    pairs = _pairs(outcomes, pair)
     stats = {
         "nodes": sum(outcome.nodes for outcome in outcomes),
         "iterations": sum(outcome.iterations for outcome in outcomes),
@@ -28,8 +29,8 @@ def told(
         "gate_factor": max(outcome.factor for outcome in outcomes),
         "costs": _costs(outcomes),
         "pair": pair,
-        "pairs": _pairs(outcomes, pair),
-        "entered": last.entered,
+        "pairs": pairs,
+        "entered": pairs[-1]["entered"],
         "check": checks[-1] if checks else None,
         "tree": None if last.found is None else last.found.tree,
         "seconds": perf_counter() - begun,

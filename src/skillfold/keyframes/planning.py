@@ -52,7 +52,7 @@ def plan_skill(
         skill: with ordered Gaussians.
         robot: whose tool moves; what it holds counts.
         q_start: joint positions (dof,); None is the robot's home.
-        scene: a `Scene`, a list of shapes, or `robot.obstacles(...)` made before, which saves some 5 ms.
+        scene: a `Scene`, a list of shapes, or `robot.obstacles(...)` made before, which saves making them.
         alpha: percent of the variance that a reduced envelope keeps; 100 is the full envelope.
         time_limit: seconds.
         stop: "first" ends with the first path; "time" makes it shorter until the time is up.
@@ -64,9 +64,10 @@ def plan_skill(
 
     Returns:
         A plan by route "envelope", its states .01 rad apart. Of `stats`: nodes, iterations; first_solution [s], after
-        the call; gate_factor; costs, (seconds, length [rad]) of each better path; pair, the first; pairs, of each its
-        number, the states it starts (`from`) and is inside the reduced envelope at (`entered`), gate_factor, nodes;
-        entered, check and tree of the last, the tree as joint positions (n, dof) and parents (n,).
+        the call; seconds, of all; gate_factor; costs, (seconds, length [rad]) of each better path; pair, the first;
+        pairs, of each its number, which states of the path it starts at (`from`) and is inside the reduced envelope
+        from (`entered`), gate_factor, nodes; entered, check and tree of the last, the tree as joint positions
+        (n, dof) and parents (n,).
 
     Raises:
         InputError: says what was given and what was expected.
