@@ -6,7 +6,7 @@ import pytest
 from manifold import clouds
 from manifold.conftest import arm_poses, curves, fit
 from robots import scenes
-from skillfold import PointObstacles, Robot, Scene, Sphere, StateSpace
+from skillfold import PointObstacles, Robot, Scene, SkillManifold, Sphere, StateSpace
 from skillfold.errors import InputError
 from skillfold.experiments.three_link import REACHING, forward, optimal
 from skillfold.manifold.aside import aside_of
@@ -376,6 +376,15 @@ def test_where_the_demonstrated_way_is_closed_the_manifold_may_leave_another():
 
 
 # Robots
+
+
+def test_a_plan_with_success_does_not_say_that_there_is_no_way():
+    """Recordings that spread make a rough surface, on which the shortest path does not settle and trees find none."""
+    t = np.linspace(0.0, 1.0, 80)
+    ways = [np.column_stack([t, 0.3 * np.sin(3.0 * t) + 0.05 * i]) for i in range(5)]
+    skill = SkillManifold.fit(ways, 1, 10, 1e-6, jobs=1)
+    plan = skill.plan(ways[0][0], ways[0][-1], obstacles=PointObstacles([[5.0, 9.0]], 0.2), route="geodesic")
+    assert plan.success == ("no way" not in plan.reason)
 
 
 @pytest.fixture(scope="module")

@@ -83,7 +83,7 @@ def plan_clear(
     tolerance = usual(model) * (1.0 + 1e-9)
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model), obstacles)
     found = [leg for _, leg in legs]
-    plan = told(states, names, check, _story(found, moved), found, moved, "geodesic")
+    plan = told(states, names, check, _story(found, moved, check.ok), found, moved, "geodesic")
     plan.stats.update(
         methods=tuple(leg.method for leg in found),
         seconds_to_first=sum(leg.seconds for leg in found),
@@ -168,7 +168,7 @@ def not_begun(asked: Array, names: tuple[str, ...], reason: str, moved: Array, r
     return Plan(False, reason, path, path.length, np.inf, 0, False, route, *ends)
 
 
-def _story(legs: list[Leg], moved: Array) -> str:
+def _story(legs: list[Leg], moved: Array, ok: bool) -> str:
     names = ["start", *(f"via {i}" for i in range(len(moved) - 2)), "goal"]
     parts = [f"{name} moved {m:.3g} onto the manifold" for name, m in zip(names, moved, strict=True) if m > 0]
     blocked = sorted({leg.blocked for leg in legs if leg.blocked})
@@ -178,7 +178,7 @@ def _story(legs: list[Leg], moved: Array) -> str:
         parts.append(HELD)
     for method, words in _TOLD.items():
         if any(leg.method == method for leg in legs):
-            parts.append(words)
+            parts.append("no smoother one was found" if ok and method == "none" else words)
     head = "Path on the manifold around obstacles" if blocked else "Shortest path on the manifold"
     return head + "".join(f"; {part}" for part in parts) + "."
 
