@@ -147,7 +147,7 @@ def test_everything_left_out_is_chosen_and_kept_in_the_table():
         assert sum(t.chosen for t in skill.selection.of(choice)) == 1
     assert f"{skill.kernels} kernels" in next(t.setting for t in skill.selection.of("field") if t.chosen)
     assert skill.residual < 0.05
-    assert "2 of 3 dimensions" in repr(skill)
+    assert "2 of 3 dimensions" in repr(skill) and f"{skill.n_samples} samples, residual" in repr(skill)
 
 
 def test_noise_is_estimated():

@@ -130,10 +130,10 @@ class SkillManifold:
         )
 
     def __repr__(self) -> str:
-        kind = "recordings" if self.route else "samples"
+        kind = " of recordings" if self.route else ""
         return (
             f"SkillManifold({self.dim} of {self.n_dims} dimensions, {self.kernels} kernels, "
-            f"{self.n_samples} samples of {kind}, residual {self.residual:.3g}, noise {self.noise:.3g})"
+            f"{self.n_samples} samples{kind}, residual {self.residual:.3g}, noise {self.noise:.3g})"
         )
 
     @property
