@@ -75,7 +75,8 @@ def check_path(
 ) -> Check:
     """Check residual, support, continuity, limits and clearance of a path (n, D).
 
-    A path whose ends the user put outside the demonstrations may lie as far outside as they do.
+    A path may lead four times as far outside the demonstrations as is usual, or half as far again as its ends, where
+    the user put these outside.
 
     Args:
         states: the path.

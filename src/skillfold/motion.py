@@ -51,8 +51,11 @@ class Path:
     """A sequence of states without time.
 
     Attributes:
-        states: (n_steps, n_dims), in the units of the demonstrations.
+        states: (n_steps, n_dims), in the units of the demonstrations, or joint positions; read-only.
         names: coordinate names, or empty.
+
+    Raises:
+        InputError: states that are no finite numbers in two dimensions.
     """
 
     states: Array
@@ -79,6 +82,9 @@ class Trajectory:
         times: (n_steps,), seconds, increasing.
         states: (n_steps, n_dims).
         names: coordinate names, or empty.
+
+    Raises:
+        InputError: times or states of other shapes or not finite, or times that do not increase.
     """
 
     times: Array
@@ -101,14 +107,17 @@ class Plan:
     Attributes:
         success: whether the path passed the independent check.
         reason: in words, why it failed; where it succeeded, what was done (ends moved, route taken).
-        path: the path found, also where it failed the check; `path.states` is (n, D).
-        length: of the path.
-        residual: largest distance of a path state from the modelled surface.
+        path: the path found, also where it failed the check; `path.states` is (n, D). Where none was looked for, the
+            states that were asked for.
+        length: of the path, in straight steps.
+        residual: largest distance from the modelled surface; of keyframes, of the tool from its envelope or
+            constraint [m]. Infinite where nothing was checked.
         iterations: of the solver.
         converged: whether the solver's own stop rule was met.
-        route: "geodesic" (the paper's shortest path) or "demonstrated" (the way the demonstrations take).
+        route: "geodesic" (the paper's shortest path) or "demonstrated" (the way the demonstrations take); of
+            keyframes "envelope", of `plan_constrained` "constrained".
         start_moved, goal_moved: how far the asked ends lay off the manifold and were projected.
-        stats: anything else worth knowing.
+        stats: anything else worth knowing, see the planners: `check` is the verdict, a `skillfold.check.Check`.
     """
 
     success: bool

@@ -34,7 +34,7 @@ class StateSpace:
         kinds: one of "linear", "angle" (a joint with stops), "continuous" (an angle that repeats every turn)
             or "quaternion" (always four in a row, scalar first) for each coordinate.
         lower, upper: limits of each coordinate, infinite where there are none; only linear coordinates and
-            angles have any. Left out, there are none.
+            angles have any. Left out, there are none. What cannot be is an `InputError`.
     """
 
     kinds: tuple[str, ...]

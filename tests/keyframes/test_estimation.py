@@ -62,7 +62,7 @@ def test_gates_shrink_with_keyframes_and_grow_with_coverage():
 
 
 def test_what_the_docs_say_of_seven_keyframes():
-    """χ² gates hold 70 % of further positions and 14 % of whole poses; ours are some 1.65 times as long as the truth."""
+    """χ² gates hold 70 % of further positions, 14 % of whole poses; ours are some 1.65 times as long as the truth."""
     rng, positions, poses, lengths = np.random.default_rng(5), [], [], []
     for shape in np.array(list(SHAPES.values()), float):
         for _ in range(400):

@@ -16,7 +16,7 @@ class Command(NamedTuple):
             of good samples.
         acceleration: (D,), what the torque is for.
         reference: (3, D) position, velocity, acceleration that is followed.
-        distance: from the manifold.
+        distance: from the manifold; from the path, where that is gone back to straight.
         deviation: from the reference along the manifold.
         clearance: from obstacles; infinite without any.
     """

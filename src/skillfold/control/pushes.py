@@ -19,6 +19,9 @@ class Push:
         body: name, or number of the joint that moves it, from 1 on.
         force: (3,) [N] in world axes, at the body's centre of mass.
         duration: [s].
+
+    Raises:
+        InputError: no three numbers of force, no times.
     """
 
     time: float

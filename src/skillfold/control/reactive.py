@@ -42,6 +42,7 @@ class ReactiveController:
         replans: plans taken up so far.
         reason: of the last plan, in words.
         goal: (D,) where it all ends.
+        reference: the motion in time that is followed, see `control.timing.Reference`.
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class ReactiveController:
 
         Args:
             skill: the `SkillManifold` it was made with; coordinates must be joint positions, or at least subtract.
-            plan: with success.
+            plan: with success, within the limits of skill and robot.
             robot: whose limits are kept and whose dynamics turn accelerations into torques; None for accelerations.
             obstacles: what to look out for, `robot.obstacles(scene)`; those with a motion are where they are at the
                 time of each sample.
@@ -77,11 +78,12 @@ class ReactiveController:
             reaction: times the limits of acceleration that feedback may use: pushes exceed them too.
             latency: seconds of the samples' time after which a plan counts that is made at once, so that runs can be
                 repeated bit by bit; None plans in a thread.
-            planner: called with start, goal and obstacles instead of the skill's `plan`.
+            planner: called with start, goal and obstacles instead of the skill's `plan`, which plans geodesics.
             load: mass [kg] at the tool and its centre (3,) [m] in the tool frame.
 
         Raises:
-            InputError: a plan without success, a robot of other joints, coordinates that do not subtract.
+            InputError: a plan without success or beyond the limits, a robot of other joints, coordinates that do not
+                subtract, a duration too short for the limits, or what else cannot be used.
         """
         check(skill, plan, robot, gains, planner, load)
         model = skill.model

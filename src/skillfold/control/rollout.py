@@ -36,7 +36,7 @@ class Rollout:
         step_times: (n,) seconds that the controller took.
         contacts: of the robot with obstacles and itself.
         names: of the joints.
-        facts: anything else worth knowing, in JSON's types.
+        facts: anything else worth knowing, in JSON's types: robot, replans, seed, noise, step.
     """
 
     times: Array

@@ -52,7 +52,8 @@ def simulate(
         scene: shapes the robot can really touch; those with a motion follow it.
         pushes: forces on it.
         seed: of the noise; nothing else is random.
-        duration: of the run [s]; left out, until half a second after the controller is done.
+        duration: of the run [s]; left out, until half a second after the controller is done and the pushes are over,
+            60 s at most.
         start: (D,) positions, at rest; left out, where the controller's reference begins.
         tray: carried by the tool.
         noise: standard deviation [rad, m] of the positions that the controller sees; velocities get ten times as
@@ -60,7 +61,8 @@ def simulate(
         step: of the controller [s]; the dynamics go on in steps of a millisecond at most.
 
     Raises:
-        InputError: a floating base, an unknown body, no start, torques that are none, a run that becomes unstable.
+        InputError: a floating base, an unknown body, no start, torques that are none, a run that becomes unstable, or
+            what else cannot be used; of the scene a `SceneError`.
     """
     step, noise = amount("step", step, COARSEST), amount("noise", noise, zero=True)
     duration = None if duration is None else amount("duration", duration, LARGEST, zero=True)

@@ -85,7 +85,7 @@ def plan_constrained(
         A plan by route "constrained"; `stats` as in `plan_skill`.
 
     Raises:
-        InputError: says what was given and what was expected.
+        InputError: says what was given and what was expected. What a constraint of yours raises comes through.
     """
     prepare()
     begun = perf_counter()

@@ -85,7 +85,11 @@ class SoftEnvelope(PoseRegion):
         return replace(self, covariances=stations.reduce(self.covariances_at(s), kept, kappa), alpha=alpha)
 
     def widened(self, factor: float) -> Self:
-        """The envelope with gates `factor` times as wide in d²; lengths grow by its root."""
+        """The envelope with gates `factor` times as wide in d²; lengths grow by its root.
+
+        Raises:
+            InputError: a factor that is not above 0.
+        """
         factor = _number(factor, "factor", np.inf)
         return replace(self, covariances=factor * self.covariances, factor=factor * self.factor)
 

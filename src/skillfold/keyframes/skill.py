@@ -96,7 +96,10 @@ class KeyframeSkill:
         extract: bool = False,
         gripper: str | None = None,
     ) -> "KeyframeSkill":
-        """The skill learnt from its own keyframes and those of further demonstrations, as `fit` takes them."""
+        """The skill learnt from its own keyframes and those of further demonstrations, as `fit` takes them.
+
+        Arguments and errors as in `fit`; coverage and interpolation are its own.
+        """
         more, names = read_keyframes(keyframes, extract, gripper)
         names = tuple(_another(name, self.names) for name in names)
         demos = self.keyframes + more
@@ -142,7 +145,11 @@ class KeyframeSkill:
         return self.envelopes[i].reduced(alpha)
 
     def phase(self, pose: Any, start_at: int | None = None) -> Phase:
-        """Which pair of Gaussians a motion from a pose (7,) of the tool begins with; see `phase_of`."""
+        """Which pair of Gaussians a motion from a pose (7,) of the tool begins with; see `phase_of`.
+
+        Raises:
+            InputError: no pose, no such pair, or none at all.
+        """
         return phase_of(self.gaussians, self.envelopes, pose, start_at)
 
     def assign(self, keyframes: Any) -> Indices:
@@ -197,7 +204,11 @@ class KeyframeSkill:
         return replan_skill(self, plan, robot, scene, q, **options)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write everything to one sealed NPZ file, arrays and a JSON header; the same skill gives the same bytes."""
+        """Write everything to one sealed NPZ file, arrays and a JSON header; the same skill gives the same bytes.
+
+        Raises:
+            SkillFileError: the file cannot be written.
+        """
         archive.write(path, *pack(self))
 
     @staticmethod

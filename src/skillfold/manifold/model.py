@@ -41,7 +41,7 @@ class Model:
         free: (D, f) orthonormal columns, the directions along which everything is allowed.
         free_extent: (f,) largest distance of a sample from the centre along each free direction.
         edges: (E, 2) neighbouring anchors.
-        step: ℓ, median edge length, inner.
+        step: ℓ, usual distance between neighbouring anchors, inner.
         tolerance: 95 % quantile of held-out residuals, inner: nearer states count as on the manifold.
         trust: how far the surface is believed, inner.
     """

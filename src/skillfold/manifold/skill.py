@@ -53,7 +53,7 @@ class SkillManifold:
         residual: rms distance of held-out samples from the manifold.
         ridge: λ of the tangent field.
         converged: whether training met its stop rule.
-        n_samples: samples it was learnt from.
+        n_samples: samples that were given.
         notes: what a user should know about the data; `fit` warns of it too.
     """
 
@@ -86,12 +86,12 @@ class SkillManifold:
         """Learn the manifold that demonstrations lie on (section III).
 
         Args:
-            demos: recordings (`Demonstrations` or a list of (n_steps, D) arrays), or one (N, D) array of samples
-                without time order.
-            dim: d; left out, from local spectra.
+            demos: recordings (`Demonstrations`, a list of (n_steps, D) arrays, one array of three dimensions), or one
+                (N, D) array of samples without time order.
+            dim: d, free directions included; left out, from local spectra.
             kernels: K, radial basis functions of the tangent field; left out, by cross-validation.
             ridge: λ, for steps of unit rms; left out, by cross-validation.
-            neighbors: of each sample in the graph to start with; it is grown until it is connected.
+            neighbors: of each sample in the graph to start with; grown until it is connected. Left out, 6 to 10.
             seed: the same seed gives the same bits.
             space: what the coordinates of plain arrays are; linear when left out.
             jobs: parallel workers of cross-validation, as in joblib.
@@ -232,25 +232,26 @@ class SkillManifold:
 
         Args:
             start, goal: ends, kept exactly. For a geodesic, ends off the manifold are projected first.
-            points: states of the path; left out, 50 for a geodesic and 101 for a demonstrated route.
+            points: states of the path; left out, 101 for a demonstrated route, 50 for a geodesic, and among obstacles
+                for a geodesic as many as the check looks at.
             via: (m, D) states to pass through, in order; none are as good as None.
             route: "demonstrated", the way the demonstrations take between such ends (default where the skill was
-                learnt from recordings); "geodesic", the paper's shortest path (section IV-A2; default otherwise),
-                which keeps to the recordings' order where they spread about a curve.
+                learnt from two or more); "geodesic", the paper's shortest path (section IV-A2; default otherwise),
+                which without obstacles keeps to the recordings' order where they spread about a curve; also tried
+                where a demonstrated route cannot be pushed clear.
             method: of a geodesic: "anchored", tied to the data (default); "leaf", the paper's err_M alone. Around
                 obstacles: "sampled", by trees on the manifold, shortcuts and smoothing (default where the shortest
                 path is not clear); "hinge", the shortest path bent by penalties on clearance; "springs", the paper's
                 Algorithm 2; "geodesic", the shortest path as it is.
             obstacles: what the path must keep clear of (section IV-B): `PointObstacles` in the space of states,
-                or `robot.obstacles(scene)`. The path has states as close as the check looks at them, unless `points`
-                tells otherwise.
-            near: (n, D) states of an earlier path, bent first where obstacles, start or goal moved a little since:
-                a third of the time. For a query with obstacles and without via points.
+                or `robot.obstacles(scene)`.
+            near: (n, D) states of an earlier path, which a geodesic without `method` bends first: faster where little
+                moved since. For a query with obstacles and without via points.
             seed: of what is sampled; the same seed gives the same path.
 
-        Raises:
-            InputError: ends of another shape, not finite, an unknown route. A query that cannot be met is no error
-                but a plan without success.
+        Returns:
+            A plan, without success where the query cannot be met. Of `stats`: check; of a demonstrated route what
+            `RouteAnswer` has; of a geodesic among obstacles methods, one a leg, and seconds.
         """
         if route is None:
             route = "demonstrated" if self.route else "geodesic"
@@ -271,7 +272,7 @@ class SkillManifold:
         return self.space.normalize(sample_surface(self.model, whole("n", n, 0, MANY), seed_of(seed)))
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write everything to one sealed NPZ file, arrays and a JSON header; the same skill gives the same bytes."""
+        """Write all to one sealed NPZ file, the same skill in the same bytes; else raise a `SkillFileError`."""
         archive.write(path, *pack(self.model, self.route, facts_of(self)))
 
     @staticmethod

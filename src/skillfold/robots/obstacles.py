@@ -131,6 +131,9 @@ class Obstacles:
         """Distances (m,) of all pairs nearer than `reach` [m] at q (dof,), and their gradients (m, dof).
 
         Of the points of clouds, the nearest to each shape of the robot. Joint limits are left out.
+
+        Raises:
+            InputError: q of another shape or not finite, or no reach.
         """
         states, shape = self._read(q)
         if shape:
@@ -142,7 +145,7 @@ class Obstacles:
         return near[:count], gradients[:count]
 
     def closest(self, q: Any) -> Closest:
-        """The nearest pair at q (dof,): how near, what, and where."""
+        """The nearest pair at q (dof,): how near, what, and where; errors as in `within`."""
         states, shape = self._read(q)
         if shape:
             raise InputError(f"closest: joint positions of shape {np.shape(q)}; expected ({self.robot.dof},).")

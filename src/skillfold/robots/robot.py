@@ -46,7 +46,7 @@ class Robot:
         tool: the frame they take where none is named.
         limits: lower and upper (dof,) [rad, m], infinite where there are none.
         velocity_limits, acceleration_limits, torque_limits: (dof,) infinite where unknown.
-        home: (dof,) a pose free of self-collision.
+        home: (dof,) the model's keyframe of that name, else its first, else its zero pose; within the limits.
         floating: whether the base is free.
         notes: what was left out or made up on loading.
     """
@@ -83,7 +83,7 @@ class Robot:
         """This robot with a tray fixed to its tool, and on it the room that standing tumblers take.
 
         For what plans and looks out: its obstacles keep the tray clear too, and its dynamics know the load. It is not
-        for `simulate`, which puts a tray and tumblers that can fall on the robot itself.
+        for `simulate`, which puts a tray and tumblers that can fall on the robot itself. A second tray is refused.
         """
         return self._loaded(read_tray(tray, self._loads))
 
@@ -209,7 +209,7 @@ class Robot:
         return np.ascontiguousarray(coupled).reshape(*shape, self.dof)
 
     def sample(self, count: int, seed: int = 0) -> Array:
-        """(count, dof) joint positions uniform within the limits, continuous joints over a full turn."""
+        """(count, dof) joint positions uniform within the limits, from -π to π where there are none."""
         lower, upper = self.joints.limits
         lower, upper = np.where(np.isfinite(lower), lower, -np.pi), np.where(np.isfinite(upper), upper, np.pi)
         rng, size = np.random.default_rng(read_whole(seed, "seed")), (read_whole(count, "count"), self.dof)
@@ -244,7 +244,7 @@ class Robot:
 
         Raises:
             SceneError: no scene, or an unknown name.
-            InputError: a base pose for a robot whose base is fixed.
+            InputError: a base pose for a robot whose base is fixed, or a margin that is not above zero.
         """
         from skillfold.robots.obstacles import Obstacles
 

@@ -24,6 +24,9 @@ class Scene:
 
     Attributes:
         shapes: the obstacles; those without a name were given one (`box_0`, `sphere_1`, …: kind and place).
+
+    Raises:
+        SceneError: something else than shapes, or a name that two of them have.
     """
 
     shapes: tuple[Shape, ...]

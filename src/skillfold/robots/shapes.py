@@ -1,7 +1,7 @@
 """The shapes that obstacles are made of, each at rest or moving along a given motion.
 
 Sizes are whole: a box has full edge lengths, a cylinder its full length. A pose is x, y, z, qw, qx, qy, qz; a
-position x, y, z alone means not turned.
+position x, y, z alone means not turned. What is no such number is a `SceneError`.
 """
 
 from collections.abc import Sequence
@@ -26,6 +26,9 @@ class Motion:
     Attributes:
         times: (n,) rising [s].
         poses: (n, 7), or positions (n, 3).
+
+    Raises:
+        SceneError: times that do not rise, or poses of another number or shape.
     """
 
     times: Any
@@ -65,6 +68,9 @@ class Shape:
     Attributes:
         name: how messages and `move` call it; a scene gives one where it is empty.
         motion: poses over time that it takes instead of its own, for `Obstacles.at`; None where it stays.
+
+    Raises:
+        SceneError: says which value of which shape cannot be used, and what was expected.
     """
 
     name: str = field(default="", kw_only=True)

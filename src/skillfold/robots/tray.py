@@ -29,6 +29,9 @@ class Tray:
         mass, tumbler_mass: of the tray, of each tumbler [kg].
         circle: radius of the circle the tumblers stand on [m].
         friction: between them and the tray.
+
+    Raises:
+        InputError: sizes or masses that are not above zero, or a number of tumblers that is none.
     """
 
     size: tuple[float, float, float] = (0.26, 0.26, 0.01)
