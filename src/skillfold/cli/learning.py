@@ -38,7 +38,7 @@ class Fit:
     """Radial basis functions of the tangent field."""
     ridge: Annotated[float | None, shown("L", CHOSEN)] = None
     """Regulariser λ, for steps of unit rms."""
-    neighbors: Annotated[int | None, shown("K", CHOSEN)] = None
+    neighbors: Annotated[int | None, shown("N", "(6 to 10, by the number of coordinates, when left out)")] = None
     """Neighbours of each sample to start with; grown until all samples are connected."""
     seed: int = 0
     """Of everything random: the same seed gives the same skill."""

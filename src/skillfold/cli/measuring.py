@@ -68,7 +68,7 @@ class Demo:
 
 @dataclass(frozen=True)
 class Bench:
-    """Measure every figure the library claims, beside its target and the paper's figure."""
+    """Measure how well and how fast the library works, beside its targets and the papers' figures."""
 
     groups: Annotated[tuple[str, ...], shown("GROUP", "(all when left out)")] = ()
     """Some of arm, sets, upright, noise, around, control, tumblers, recordings, large, keyframes, speed."""

@@ -20,17 +20,19 @@ if TYPE_CHECKING:
 
 STATE = (
     "First state: numbers such as 0.1,0.2,0.3 (units of the recordings, radians); states.csv:3, a row of a file with "
-    "a header, counted from 0; or demo:0:first, demo:0:last, demo:0:57 of a recording."
+    "a header, counted from 0; or demo:0:first, demo:0:last, demo:0:57 of a recording. With keyframes, numbers alone: "
+    "joint positions."
 )
 PROJECTED = (
     "File for the projected states. Its columns distance (from the manifold, in units of the recordings) and inside "
     "(1 at the 95 % quantile of held-out samples, more outside) tell of the states as they were given."
 )
 METHODS = (
-    "Of a geodesic without a robot: anchored (tied to the data; the default) or leaf (the paper's own error alone). "
+    "Of a geodesic. Without a robot: anchored (tied to the data; the default) or leaf (the paper's own error alone). "
     "Around obstacles: sampled (the default where the shortest path is blocked), hinge, springs (the paper's) or "
     "geodesic (the shortest as it is)."
 )
+POINTS = "(101 along demonstrations; else 50, or around obstacles as many as are checked)"
 DEMONSTRATED = "(demonstrated, where the skill knows whole recordings)"
 
 
@@ -47,14 +49,14 @@ class Plan:
     """File for the path: a header and one row per state."""
     via: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, shown("STATE", "(repeat for more)")] = ()
     """State to pass through, in order."""
-    points: Annotated[int | None, shown("N", "(50, or 101 along demonstrations)")] = None
+    points: Annotated[int | None, shown("N", POINTS)] = None
     """States of the path."""
     route: Annotated[Literal["geodesic", "demonstrated"] | None, shown("{geodesic,demonstrated}", DEMONSTRATED)] = (
         None
     )
     """Shortest path on the manifold, or the way the demonstrations take."""
     method: Annotated[
-        Literal["anchored", "leaf", "geodesic", "springs", "hinge", "sampled"] | None, shown("METHOD", told=METHODS)
+        Literal["anchored", "leaf", "geodesic", "springs", "hinge", "sampled"] | None, shown("METHOD", "", METHODS)
     ] = None
     robot: Annotated[str | None, shown("ROBOT", "(none: nothing is in the way)")] = None
     """Keep this robot clear of itself and of the scene: jaco, lwr4, nao, planar_arm, or an MJCF or URDF file."""
@@ -69,7 +71,7 @@ class Plan:
     stop: Annotated[Literal["first", "time"] | None, shown("{first,time}", "(first)")] = None
     """Of keyframes: with the first path, or a better one for as long as there is time."""
     seed: int = 0
-    """Of what is sampled to find a way around obstacles."""
+    """Of what is sampled to find a way, or a start."""
     recordings: Annotated[tuple[Path, ...], shown("FILE", "(the skill keeps their first and last states)")] = ()
     """The recordings that demo:... refers to."""
     picture: Annotated[Path | None, shown("PICTURE.PNG|.SVG|.PDF", "(none)")] = None

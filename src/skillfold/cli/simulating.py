@@ -26,7 +26,7 @@ LATENCY = 0.03  # seconds of the run that planning anew is taken to last, whatev
 
 @dataclass(frozen=True)
 class Simulate:
-    """Plan a motion and run it on a simulated robot with pushes and obstacles; exit code 1 without a plan."""
+    """Plan the shortest motion and run it on a simulated robot, with pushes and obstacles; exit code 1 without one."""
 
     skill: Annotated[Path, tyro.conf.Positional, shown("SKILL.NPZ")]
     """A saved skill over a robot's joints."""
@@ -35,17 +35,17 @@ class Simulate:
     start: Annotated[str, shown("STATE", told=STATE)]
     goal: Annotated[str, shown("STATE")]
     """Last state, in any of these forms."""
-    scene: Annotated[Path | None, shown("SCENE.JSON", "(nothing around the robot)")] = None
-    """Obstacles, as `Scene.save` writes them."""
+    scene: Annotated[Path | None, shown("SCENE.JSON", "(nothing is looked out for)")] = None
+    """Obstacles, as `Scene.save` writes them; with them the robot keeps clear of itself, too."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, shown("PUSH", "(none)", PUSH)] = ()
     duration: Annotated[float | None, shown("SECONDS", "(as short as the robot's limits allow)")] = None
     """Of the motion."""
     tray: Flag = False
     """Let the tool carry a tray with three tumblers that stand free."""
     noise: float = 0.0
-    """Standard deviation [rad] of the positions that the controller sees."""
+    """Standard deviation [rad] of the positions that the controller sees; of velocities ten times as much."""
     seed: int = 0
-    """Of the noise."""
+    """Of the noise, and of what is sampled to find a way around obstacles."""
     out: Annotated[Path | None, shown("RUN.NPZ|RUN.CSV", "(nothing is written when left out)")] = None
     """File for the run."""
     video: Annotated[Path | None, shown("RUN.GIF|RUN.MP4|FOLDER", "(no pictures)")] = None
