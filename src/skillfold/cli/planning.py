@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 STATE = (
     "First state: numbers such as 0.1,0.2,0.3 (units of the recordings, radians); states.csv:3, a row of a file with "
-    "a header, counted from 0; or demo:0:first, demo:0:last, demo:0:57 of a recording. With keyframes, numbers alone: "
-    "joint positions."
+    "a header, counted from 0; or demo:0:first, demo:0:last, demo:0:57 of a recording. With keyframes, numbers "
+    "alone: joint positions."
 )
 PROJECTED = (
     "File for the projected states. Its columns distance (from the manifold, in units of the recordings) and inside "
@@ -61,7 +61,7 @@ class Plan:
     robot: Annotated[str | None, shown("ROBOT", "(none: nothing is in the way)")] = None
     """Keep this robot clear of itself and of the scene: jaco, lwr4, nao, planar_arm, or an MJCF or URDF file."""
     scene: Annotated[Path | None, shown("SCENE.JSON", "(nothing around the robot)")] = None
-    """Obstacles in the robot's frame, as `Scene.save` writes them; metres."""
+    """Obstacles in the world of the robot's model, as `Scene.save` writes them; metres."""
     margin: Annotated[float | None, shown("METRES", "(0.02)")] = None
     """Clearance to keep where there is room for it."""
     alpha: Annotated[float | None, shown("PERCENT", "(100)")] = None

@@ -26,7 +26,7 @@ LATENCY = 0.03  # seconds of the run that planning anew is taken to last, whatev
 
 @dataclass(frozen=True)
 class Simulate:
-    """Plan the shortest motion and run it on a simulated robot, with pushes and obstacles; exit code 1 without one."""
+    """Plan the shortest motion and run it on a simulated robot, pushed, among obstacles; exit code 1 without one."""
 
     skill: Annotated[Path, tyro.conf.Positional, shown("SKILL.NPZ")]
     """A saved skill over a robot's joints."""
