@@ -387,6 +387,13 @@ def test_a_plan_with_success_does_not_say_that_there_is_no_way():
     assert plan.success == ("no way" not in plan.reason)
 
 
+def test_an_earlier_path_that_is_bent_is_not_called_the_shortest(sphere, ends):
+    earlier = sphere.plan(*ends, obstacles=disc(sphere, 0.3)).path.states
+    again = sphere.plan(*ends, obstacles=disc(sphere, 0.32), near=earlier)
+    assert again.success and again.stats["methods"] == ("renewed",)
+    assert "earlier path, bent" in again.reason and "Shortest" not in again.reason
+
+
 @pytest.fixture(scope="module")
 def planar():
     return Robot.load("planar_arm")

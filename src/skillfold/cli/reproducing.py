@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from skillfold.viewing.reproduced.running import UnderWay
 
 NAMES = (
-    "Some of reaching (sections V-A to V-C), patches (V-B3), table-one (V-C and VI), boxes and tumblers (VI, among "
+    "Some of reaching (sections V-A and V-B), patches (V-B3), table-one (V-C and VI), boxes and tumblers (VI, among "
     "obstacles and pushed), nao-balance and nao-stepping (VII), pick-place (VIII); of keyframes: envelopes (figures "
     "2 and 3), keyframes (5 to 8) and keyframe-cost (9)."
 )

@@ -65,7 +65,7 @@ class PoseRegion:
         return self._projected(poses)[0]
 
     def sample(self, count: int, seed: int = 0) -> Array:
-        """Poses (count, 7) inside: uniform in s, and in the ellipsoids there (algorithm 5, lines 4 to 16)."""
+        """Poses (count, 7) inside: uniform in s, and in the ellipsoids there (algorithm 5, lines 4 to 15)."""
         rng = generator(count, seed)
         s = rng.uniform(size=count)
         steps = rng.normal(size=(count, 2, 3))

@@ -179,7 +179,8 @@ def _story(legs: list[Leg], moved: Array, ok: bool) -> str:
     for method, words in _TOLD.items():
         if any(leg.method == method for leg in legs):
             parts.append("no smoother one was found" if ok and method == "none" else words)
-    head = "Path on the manifold around obstacles" if blocked else "Shortest path on the manifold"
+    around = blocked or any(leg.method == "renewed" for leg in legs)
+    head = "Path on the manifold around obstacles" if around else "Shortest path on the manifold"
     return head + "".join(f"; {part}" for part in parts) + "."
 
 

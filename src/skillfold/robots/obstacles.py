@@ -283,7 +283,7 @@ def _names(movable: Any) -> Iterable[Any]:
 def _read_base(robot: "Robot", base: Any) -> Array:
     if not robot.floating:
         raise InputError(
-            f"{robot.name}: its base is fixed; expected no base pose. Place the scene in the robot's frame."
+            f"{robot.name}: its base is fixed; expected no base pose. Place the scene in the world of its model."
         )
     base = read_pose(base, "base")
     if base.shape != (7,):
