@@ -29,7 +29,8 @@ class PoseGaussian:
     Attributes:
         mean: (7,) pose.
         covariance: (6, 6) [m², rad²] block diagonal; rotations as rotation vectors about the mean, in its axes.
-        gates: (2,) squared Mahalanobis distances of position and rotation.
+        gates: (2,) squared Mahalanobis distances of position and rotation; left out, those that hold 97.5 % where the
+            covariance is known.
         count: how many keyframes it was learnt from; 0 if it was written by hand.
 
     Raises:

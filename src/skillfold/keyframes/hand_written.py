@@ -72,7 +72,7 @@ class AxisUpright(_HandWritten):
         tolerance: largest angle between the two [rad].
 
     Raises:
-        InputError: an axis without length, a tolerance that is not above 1e-9.
+        InputError: an axis without length, a tolerance below 1e-9.
     """
 
     _functions = staticmethod(upright_functions)
@@ -98,7 +98,7 @@ class PlaneConstraint(_HandWritten):
         tolerance: largest distance from it [m].
 
     Raises:
-        InputError: a normal without length, a tolerance that is not above 1e-9.
+        InputError: a normal without length, a tolerance below 1e-9.
     """
 
     _functions = staticmethod(plane_functions)
@@ -129,7 +129,7 @@ class TaskSpaceRegion(_HandWritten):
 
     Raises:
         InputError: a frame that is no pose, bounds that are not finite or cross, angles that go round more than once,
-            a tolerance that is not above 1e-9.
+            a tolerance below 1e-9.
     """
 
     _functions = staticmethod(region_functions)

@@ -72,10 +72,10 @@ class KeyframeSkill:
 
         Args:
             keyframes: poses x, y, z [m], qw, qx, qy, qz: a list of arrays (m, 7), one for each demonstration, in
-                order; an array (n_demos, m, 7); `Demonstrations` with those coordinates; or a CSV or NPZ file of
-                them, with a column `demo`.
+                order; an array (n_demos, m, 7); `Demonstrations` with those coordinates; or a file or folder of
+                them, as `Demonstrations.load` reads it.
             n_keyframes: number of Gaussians; left out, that of the highest evidence.
-            coverage: share of further keyframes that the gates hold, in each block.
+            coverage: share of further keyframes that the gates hold, in each block; 0.5 to 0.999.
             interpolation: of covariances between Gaussians, "linear" or "bures".
             seed: of k-means; the same seed gives the same bits.
             extract: take keyframes from full recordings: at rests, sharp turns and both ends.
