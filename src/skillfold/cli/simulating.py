@@ -35,8 +35,8 @@ class Simulate:
     start: Annotated[str, shown("STATE", told=STATE)]
     goal: Annotated[str, shown("STATE")]
     """Last state, in any of these forms."""
-    scene: Annotated[Path | None, shown("SCENE.JSON", "(nothing is looked out for)")] = None
-    """Obstacles, as `Scene.save` writes them; with them the robot keeps clear of itself, too."""
+    scene: Annotated[Path | None, shown("SCENE.JSON", "(nothing around the robot)")] = None
+    """Obstacles, as `Scene.save` writes them. The robot keeps clear of itself, too."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, shown("PUSH", "(none)", PUSH)] = ()
     duration: Annotated[float | None, shown("SECONDS", "(as short as the robot's limits allow)")] = None
     """Of the motion."""
@@ -73,7 +73,7 @@ class Simulate:
 
         skill, robot = files.load(self.skill), files.load_robot(self.robot)
         scene, tray = self._scene(), Tray() if self.tray else None
-        obstacles = None if scene is None else robot.obstacles(scene)
+        obstacles = robot.obstacles(scene)
         ends = [files.state("--start", self.start, skill, None), files.state("--goal", self.goal, skill, None)]
         plan = skill.plan(*ends, route="geodesic", obstacles=obstacles, seed=chosen)
         if not plan.success:
