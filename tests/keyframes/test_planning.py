@@ -12,6 +12,9 @@ from scipy.spatial.transform import Rotation
 from keyframes.asked import arm, gaussian
 from skillfold import Box, Robot, Scene, SkillfoldError
 from skillfold.errors import InputError
+from skillfold.keyframes.answers import told
+from skillfold.keyframes.legs import KEPT
+from skillfold.keyframes.pairs import Outcome
 from skillfold.keyframes.planning import VARIANTS
 from skillfold.keyframes.skill import KeyframeSkill
 
@@ -121,6 +124,17 @@ def test_several_pairs_are_one_path(robot, long_skill, start):
     assert long_skill.gaussians[1].contains(middle) or rows[0]["gate_factor"] > 1
     assert long_skill.gaussians[2].contains(robot.forward(plan.path.states[-1])) or rows[1]["gate_factor"] > 1
     assert np.abs(np.diff(plan.path.states, axis=0)).max() < 0.011
+
+
+def test_a_path_nearer_than_it_should_be_says_so(robot, start):
+    for kept, factor, words in (
+        (KEPT, 1.0, []),
+        (0.1 * KEPT, 1.0, ["nearer"]),
+        (0.1 * KEPT, 2.0, ["nearer", "2 times"]),
+    ):
+        outcome = Outcome(np.stack([start, start]), factor=factor, kept=kept)
+        reason = told(robot, start, [outcome], 0.0, 0).reason
+        assert [word for word in ("nearer", "2 times") if word in reason] == words, reason
 
 
 def test_entered_counts_along_the_whole_path(robot, long_skill, start):

@@ -9,6 +9,7 @@ from robots import scenes
 from skillfold import PointObstacles, Robot, Scene, SkillManifold, Sphere, StateSpace
 from skillfold.errors import InputError
 from skillfold.experiments.three_link import REACHING, forward, optimal
+from skillfold.manifold import avoiding
 from skillfold.manifold.aside import aside_of
 from skillfold.manifold.terrain import Terrain
 
@@ -506,6 +507,9 @@ def test_ends_far_from_all_that_was_shown_are_data(sphere, ends):
         plan = sphere.plan(ends[0] + 100.0, ends[1] - 100.0, method=method, obstacles=disc(sphere, 0.4))
         assert np.isfinite(plan.path.states).all()
         assert "moved" in plan.reason or not plan.success
+    for supported in (True, False):
+        story = avoiding._story([], np.zeros(2), supported, True)
+        assert ("an end lies far from the demonstrations" in story) != supported
 
 
 @pytest.mark.parametrize("torn", [np.nan, np.inf, 1e200])

@@ -9,6 +9,7 @@ from manifold import clouds
 from manifold.conftest import arm_poses, curves, fit
 from manifold.laws import KINDS, SURFACES, law, samples_of
 from skillfold import StateSpace
+from skillfold.errors import InputError
 from skillfold.experiments.three_link import REACHING, forward, optimal
 from skillfold.manifold.projection import OnManifold
 
@@ -195,6 +196,12 @@ def test_a_plan_that_stays_where_it_is(skills, kind):
     assert plan.success, plan.reason
     assert plan.length < 1e-5 * skill.model.scale
     np.testing.assert_allclose(plan.path.states, np.broadcast_to(x, plan.path.states.shape), atol=1e-5)
+
+
+@pytest.mark.parametrize("options", [{}, {"route": "demonstrated"}])
+def test_a_method_of_geodesics_is_not_dropped_in_silence(recorded, options):
+    with pytest.raises(InputError, match="'leaf' is for geodesics; ask for route='geodesic'"):
+        recorded.plan(np.zeros(recorded.n_dims), np.ones(recorded.n_dims), method="leaf", **options)
 
 
 def test_demonstrated_routes_end_exactly_and_follow_the_recordings(recorded):

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.keyframes.legs import KEPT
 from skillfold.keyframes.pairs import Outcome
 from skillfold.motion import Path, Plan
 from skillfold.robots.robot import Robot
@@ -74,7 +75,10 @@ def _story(outcomes: list[Outcome], pair: int, route: str) -> str:
     if last.reason:
         return last.reason if len(outcomes) == 1 else f"Pair {pair + len(outcomes) - 1}: {last.reason}"
     wide = {pair + i: outcome.factor for i, outcome in enumerate(outcomes) if outcome.factor > 1.0}
-    if not wide:
-        return f"Path inside the {'envelope' if route == 'envelope' else 'constraint'}."
     gates = ", ".join(f"{factor:g} times for pair {i}" for i, factor in wide.items())
-    return f"Path inside gates widened in squared distance, {gates}: in narrower ones none was found."
+    within = f"Path inside the {'envelope' if route == 'envelope' else 'constraint'}"
+    if wide:
+        within = f"Path inside gates widened in squared distance, {gates}: in narrower ones none was found"
+    near = any(outcome.kept < KEPT for outcome in outcomes)
+    nearer = f"; nearer to obstacles than {KEPT:.0%} of the margin, as no way farther off was found"
+    return f"{within}{nearer if near else ''}."

@@ -10,6 +10,7 @@ from skillfold.manifold.model import Model
 from skillfold.manifold.planning import Query, plan_demonstrated, plan_geodesic
 from skillfold.manifold.route import Route
 from skillfold.motion import Array, Plan
+from skillfold.recordings import shortened
 from skillfold.spaces import StateSpace
 
 POINTS = {"geodesic": 50, "demonstrated": 101}  # states of a plan; chords would cut the wiggles of a route
@@ -34,6 +35,8 @@ def read_plan(
     count = POINTS[choice("route", route, ROUTES)] if points is None else points
     count = whole("points", count, 1 + len(states), MANY)
     if obstacles is None:
+        if method is not None and route == "demonstrated":
+            raise InputError(f"method={shortened(method)} is for geodesics; ask for route='geodesic' with it.")
         return Query(states, count, "anchored" if method is None else choice("method", method, ALONE))
     check_obstacles(obstacles, states.shape[1])
     method = "" if method is None else choice("method", method, AROUND)

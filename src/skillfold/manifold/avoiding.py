@@ -12,7 +12,7 @@ from skillfold.check import check_path
 from skillfold.clearance import Clearance
 from skillfold.manifold.geodesic import geodesic, within_edge
 from skillfold.manifold.model import Model
-from skillfold.manifold.planning import HELD, Query, joined, onto, shares, told
+from skillfold.manifold.planning import FAR_END, HELD, Query, joined, onto, shares, told
 from skillfold.manifold.projection import OnManifold, usual
 from skillfold.manifold.sampled import renewed, sampled_path, smoothed, states_for
 from skillfold.manifold.springs import sprung
@@ -66,7 +66,7 @@ def plan_clear(
         obstacles: what to keep clear of.
     """
     begun = perf_counter()
-    asked, moved, _ = onto(model, space, query.states)
+    asked, moved, supported = onto(model, space, query.states)
     why = touching(obstacles, asked)
     if why:
         return not_begun(asked, names, why, moved, "geodesic")
@@ -83,7 +83,7 @@ def plan_clear(
     tolerance = usual(model) * (1.0 + 1e-9)
     check = check_path(states, OnManifold(model, tolerance), tolerance, space, usual(model), obstacles)
     found = [leg for _, leg in legs]
-    plan = told(states, names, check, _story(found, moved, check.ok), found, moved, "geodesic")
+    plan = told(states, names, check, _story(found, moved, supported, check.ok), found, moved, "geodesic")
     plan.stats.update(
         methods=tuple(leg.method for leg in found),
         seconds_to_first=sum(leg.seconds for leg in found),
@@ -168,9 +168,11 @@ def not_begun(asked: Array, names: tuple[str, ...], reason: str, moved: Array, r
     return Plan(False, reason, path, path.length, np.inf, 0, False, route, *ends)
 
 
-def _story(legs: list[Leg], moved: Array, ok: bool) -> str:
+def _story(legs: list[Leg], moved: Array, supported: bool, ok: bool) -> str:
     names = ["start", *(f"via {i}" for i in range(len(moved) - 2)), "goal"]
     parts = [f"{name} moved {m:.3g} onto the manifold" for name, m in zip(names, moved, strict=True) if m > 0]
+    if not supported:
+        parts.append(FAR_END)
     blocked = sorted({leg.blocked for leg in legs if leg.blocked})
     if blocked:
         parts.append("the shortest path is blocked by " + ", ".join(blocked))

@@ -22,6 +22,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 SHOWN = 101  # states of a demonstrated route where the query names no number
+FAR_END = "an end lies far from the demonstrations"
 HELD = "held within the edge of the demonstrations, which it would leave"
 
 
@@ -223,7 +224,7 @@ def _story_geodesic(moved: Array, supported: bool, legs: list[Geodesic]) -> str:
     ways = moved.tolist()
     parts = [f"{_end(i, len(ways))} moved {way:.3g} onto the manifold" for i, way in enumerate(ways) if way]
     if not supported:
-        parts.append("an end lies far from the demonstrations")
+        parts.append(FAR_END)
     firsts = {leg.first for leg in legs}
     if "graph" in firsts:
         parts.append("first path found over the anchors")

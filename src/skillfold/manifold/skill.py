@@ -250,8 +250,8 @@ class SkillManifold:
             seed: of what is sampled; the same seed gives the same path.
 
         Returns:
-            A plan, without success where the query cannot be met. Of `stats`: check; of a demonstrated route what
-            `RouteAnswer` has; of a geodesic among obstacles methods, one a leg, and seconds.
+            A plan, without success where the query cannot be met; what cannot be asked is an `InputError`. `stats`
+            has the check; of a demonstrated route what `RouteAnswer` has; among obstacles methods and seconds.
         """
         if route is None:
             route = "demonstrated" if self.route else "geodesic"
