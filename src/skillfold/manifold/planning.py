@@ -12,9 +12,17 @@ from skillfold.manifold.aside import aside_of
 from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, regrown, roundabout, within_edge
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import FAR, OnManifold, project_anchored, seem_off, usual, within_limits
+from skillfold.manifold.projection import (
+    FAR,
+    OnManifold,
+    across,
+    project_anchored,
+    seem_off,
+    usual,
+    within_limits,
+)
 from skillfold.manifold.pulling import pulled_onto
-from skillfold.manifold.route import Route, RouteAnswer
+from skillfold.manifold.route import Route, RouteAnswer, rms_lengths
 from skillfold.motion import Path, Plan
 from skillfold.spaces import StateSpace
 
@@ -150,9 +158,11 @@ def _along(
     model: Model, space: StateSpace, names: tuple[str, ...], answer: RouteAnswer, query: Query, story: str
 ) -> Plan:
     """A plan of a route through the query's states: held near the manifold, pushed off obstacles, checked."""
+    # Demonstrations may differ along the surface as much as they like: that is no doubt about the surface.
+    spread = rms_lengths(across(model, answer.states, answer.errors))
     ends = float(OnManifold(model).distance(query.states).max())
-    tolerance = max(usual(model) + 3.0 * float(answer.spread.max()), 1.5 * ends)
-    held = pulled_onto(model, answer.states, query.states, usual(model) + DOUBTED * answer.spread, tolerance)
+    tolerance = max(usual(model) + 3.0 * float(spread.max()), 1.5 * ends)
+    held = pulled_onto(model, answer.states, query.states, usual(model) + DOUBTED * spread, tolerance)
     if query.obstacles is not None:
         aside = aside_of(held, query.states, query.obstacles, query.share)
         story += f", up to {np.linalg.norm(aside - held, axis=1).max():.3g} aside" if aside is not held else ""
