@@ -523,3 +523,50 @@ def test_springs_that_tear_the_path_apart_leave_the_shortest(sphere, ends, monke
     assert not plan.success
     assert not plan.converged
     assert "not clear" in plan.reason
+
+
+def test_demonstrations_that_differ_along_the_surface_leave_no_more_room_off_it():
+    """They spread widely over the plane z = 0, and know it to a hair's breadth."""
+    t, rng = np.linspace(0, 1, 60), np.random.default_rng(4)
+    sways = rng.normal(0, 0.2, (8, 3)) @ np.sin(np.pi * np.arange(1, 4)[:, None] * t)
+    wide = [np.column_stack([t, sway, 0 * t]) for sway in sways]
+    skill = fit([states + rng.normal(0, 0.001, states.shape) for states in wide], 2)
+    below = PointObstacles([[0.5, y, -0.06] for y in np.linspace(-0.1, 0.1, 5)], 0.2)
+    plan = skill.plan([0.05, 0.0, 0.0], [0.95, 0.0, 0.0], obstacles=below)
+    assert plan.success, plan.reason
+    assert np.abs(plan.path.states[:, 2]).max() < 0.01
+    assert below.clearance(dense(plan.path.states, below.resolution)).min() > 0.0
+
+
+def poses_of_a_turn():
+    """Recordings of poses that go along x and turn about z, a little aside of each other."""
+    t = np.linspace(0, 1, 60)
+    half = 0.6 * t
+    turned = [np.cos(half), 0 * t, 0 * t, np.sin(half)]
+    return [np.column_stack([t, aside + 0 * t, 0 * t, *turned]) for aside in np.linspace(-0.1, 0.1, 5)]
+
+
+@pytest.fixture(scope="module")
+def turn():
+    return fit(poses_of_a_turn(), 2, space=StateSpace.pose())
+
+
+@pytest.mark.parametrize("route", ["demonstrated", "geodesic"])
+def test_points_written_with_the_other_sign_of_the_quaternion_are_the_same_points(turn, route):
+    start, goal = poses_of_a_turn()[2][[0, -1]]
+    point = poses_of_a_turn()[2][30:31]
+    flipped = point * np.r_[np.ones(3), -np.ones(4)]
+    one = turn.plan(start, goal, obstacles=PointObstacles(point, 0.05), route=route)
+    other = turn.plan(start, goal, obstacles=PointObstacles(flipped, 0.05), route=route)
+    assert one.success, one.reason
+    assert np.linalg.norm(one.path.states - point, axis=1).min() > 0.025
+    np.testing.assert_array_equal(other.path.states, one.path.states)
+
+
+@pytest.mark.parametrize("which", ["start", "goal", "via 0"])
+def test_quaternions_of_another_length_are_no_orientations(turn, which):
+    start, goal = poses_of_a_turn()[2][[0, -1]]
+    states = {"start": start, "via 0": poses_of_a_turn()[2][30], "goal": goal}
+    states[which] = states[which] * np.r_[np.ones(3), np.full(4, 2.0)]
+    with pytest.raises(InputError, match=f"{which}: quaternion .* of length 2; expected length 1"):
+        turn.plan(states["start"], states["goal"], via=states["via 0"])

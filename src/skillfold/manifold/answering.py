@@ -10,6 +10,7 @@ from skillfold.manifold.model import Model
 from skillfold.manifold.planning import Query, plan_demonstrated, plan_geodesic
 from skillfold.manifold.route import Route
 from skillfold.motion import Array, Plan
+from skillfold.planning.point_obstacles import PointObstacles
 from skillfold.recordings import shortened
 from skillfold.spaces import StateSpace
 
@@ -47,6 +48,7 @@ def answer(
     model: Model, route: Route | None, space: StateSpace, names: tuple[str, ...], query: Query, demonstrated: bool
 ) -> Plan:
     """The plan; the way the demonstrations take, where that is asked for, or the shortest on the manifold."""
+    query = query._replace(obstacles=written_alike(query.obstacles, space, model.centre))
     if not demonstrated:
         return _on_manifold(model, route, space, names, query)
     if route is None:
@@ -64,6 +66,13 @@ def answer(
             return around
     nearer = (plan_demonstrated(model, space, names, route, query._replace(share=share)) for share in NEARER)
     return next((other for other in nearer if other.success), plan)
+
+
+def written_alike(obstacles: Clearance | None, space: StateSpace, centre: Array) -> Clearance | None:
+    """Points as the model writes states: −q is the orientation q, and a turn more no other angle."""
+    if space.is_flat or not isinstance(obstacles, PointObstacles):
+        return obstacles
+    return PointObstacles(space.align(obstacles.points, centre), obstacles.reach)
 
 
 def _on_manifold(model: Model, route: Route | None, space: StateSpace, names: tuple[str, ...], query: Query) -> Plan:

@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from skillfold.consistency import UNIT_TOLERANCE
 from skillfold.errors import InputError
 from skillfold.motion import is_real
 from skillfold.recordings import LARGEST, shortened
+from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -37,8 +39,23 @@ def read_states(x: Any, names: Sequence[str]) -> Array:
     return array
 
 
-def read_query(start: Any, goal: Any, via: Any, names: Sequence[str]) -> Array:
-    """Start, via points and goal in their order; (2 + m, D)."""
+def read_query(start: Any, goal: Any, via: Any, names: Sequence[str], space: StateSpace) -> Array:
+    """Start, via points and goal in their order; (2 + m, D). Quaternions must be of unit length."""
+    states = _in_order(start, goal, via, names)
+    for columns in space.quaternions:
+        lengths = np.linalg.norm(states[:, columns], axis=1)
+        bad = np.flatnonzero(~(np.abs(lengths - 1.0) <= UNIT_TOLERANCE))
+        if len(bad):
+            row = int(bad[0])
+            which = "start" if row == 0 else "goal" if row == len(states) - 1 else f"via {row - 1}"
+            raise InputError(
+                f"{which}: quaternion {states[row, columns].tolist()} of length {lengths[row]:.4g}; expected length "
+                f"1 to within {UNIT_TOLERANCE:g}, scalar first."
+            )
+    return states
+
+
+def _in_order(start: Any, goal: Any, via: Any, names: Sequence[str]) -> Array:
     first, last = read_states(start, names), read_states(goal, names)
     for name, state in ("start", first), ("goal", last):
         if state.ndim != 1:

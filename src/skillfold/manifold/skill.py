@@ -255,7 +255,7 @@ class SkillManifold:
         """
         if route is None:
             route = "demonstrated" if self.route else "geodesic"
-        states = self._rows(inputs.read_query(start, goal, via, self.names))
+        states = self._rows(inputs.read_query(start, goal, via, self.names, self.space))
         earlier = None if near is None else self._rows(inputs.read_path(near, self.names))
         query = read_plan(states, points, route, method, obstacles, seed, earlier)
         return answer(self.model, self.route, self.space, self.names, query, route == "demonstrated")
