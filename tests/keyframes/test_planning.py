@@ -157,6 +157,16 @@ def test_until_and_start_at(robot, long_skill, start):
             long_skill.plan(robot, start, SCENE, until=wrong)
 
 
+def test_pairs_left_out_because_another_is_nearer_are_told(robot, start):
+    """Nobody asked for the second pair: the start is merely nearer to it, outside both."""
+    x, y, z = robot.forward(start)[:3]
+    skill = skill_of((x + 0.11, y - 0.6, z), (x + 0.11, y - 0.1, z), (x + 0.11, y + 0.35, z))
+    plan = skill.plan(robot, start, SCENE, time_limit=0.2)
+    assert plan.stats["pair"] == 1
+    assert "Pairs before 1 are left out: the start lies" in plan.reason
+    assert "left out" not in skill.plan(robot, start, SCENE, time_limit=0.2, start_at=1).reason
+
+
 def test_at_the_end_nothing_is_left_to_do(robot, skill, start):
     end = skill.plan(robot, start, SCENE, time_limit=20.0).path.states[-1]
     plan = skill.plan(robot, end, SCENE)

@@ -236,6 +236,22 @@ def test_limits_that_a_path_breaks_make_it_fail():
     assert skill.plan([0.6, 0.0, 0.8], [0.0, 0.6, 0.8]).success
 
 
+def test_demonstrated_routes_from_beyond_the_limits_say_so_first():
+    """As from degrees where radians are meant; jumps and distances that follow from it tell less."""
+    skill = fit(curves(), 1, 6, space=StateSpace.angles(3, -0.5, 2.5))
+    start, goal = curves()[0][[0, -1]]
+    plan = skill.plan(start, np.degrees(goal))
+    assert not plan.success and plan.route == "demonstrated"
+    assert plan.reason == "The goal breaks the limits of coordinate 0 by 54.8."
+
+
+def test_given_states_off_the_manifold_are_told(recorded):
+    start, goal = curves()[2][[0, -1]]
+    aside = start + np.array([0.0, 0.0, 0.3])
+    assert f"{recorded.distance(aside):.2g} off the manifold" in recorded.plan(aside, goal).reason
+    assert "off the manifold" not in recorded.plan(start, goal).reason
+
+
 def test_geodesic_distance_is_the_length_of_the_plan(sphere):
     a, b = sphere.sample(6, seed=1).reshape(2, 3, 3)
     lengths = sphere.geodesic_distance(a, b)

@@ -1,5 +1,6 @@
 """Plans of keyframe skills, pair after pair (algorithm 1 of paper 002)."""
 
+from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -91,7 +92,11 @@ def plan_skill(
         return not_begun(robot, np.stack([start, start]), told_so, begun, "envelope", True)
     asked = Asked(robot, obstacles, alpha, stop == "first", begun, VARIANTS[variant], variant == "paper")
     envelopes = [skill.envelope(i) for i in range(phase.pair, last)]
-    return told(robot, start, _plan_pairs(asked, envelopes, start, begun + limit, int(seed)), begun, phase.pair)
+    plan = told(robot, start, _plan_pairs(asked, envelopes, start, begun + limit, int(seed)), begun, phase.pair)
+    if start_at is not None or phase.outside == 0.0 or phase.pair == 0:
+        return plan
+    # Nobody asked to leave out the pairs before it.
+    return replace(plan, reason=f"{plan.reason} Pairs before {phase.pair} are left out: the start lies {phase.told}.")
 
 
 def _plan_pairs(

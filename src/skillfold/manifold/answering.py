@@ -4,7 +4,7 @@ import numpy as np
 
 from skillfold.clearance import Clearance
 from skillfold.errors import InputError
-from skillfold.manifold.avoiding import not_begun, plan_clear, touching
+from skillfold.manifold.avoiding import beyond, not_begun, plan_clear, touching
 from skillfold.manifold.inputs import MANY, check_obstacles, choice, seed_of, whole
 from skillfold.manifold.model import Model
 from skillfold.manifold.planning import Query, plan_demonstrated, plan_geodesic
@@ -16,6 +16,7 @@ from skillfold.spaces import StateSpace
 
 POINTS = {"geodesic": 50, "demonstrated": 101}  # states of a plan; chords would cut the wiggles of a route
 NEARER = (0.25, 0.05)  # of the margin that a demonstrated route keeps where nothing else is found
+LIMIT_SLACK = 1e-3  # by which given states may break their limits before that is said instead of all else
 ROUTES = ("geodesic", "demonstrated")
 ALONE = ("anchored", "leaf")
 AROUND = ("geodesic", "springs", "hinge", "sampled")
@@ -53,7 +54,9 @@ def answer(
         return _on_manifold(model, route, space, names, query)
     if route is None:
         raise InputError("route='demonstrated' needs a skill learnt from two or more whole recordings.")
-    why = touching(query.obstacles, query.states) if query.obstacles is not None else ""
+    why = beyond(space.lower, space.upper, query.states, LIMIT_SLACK)
+    if not why and query.obstacles is not None:
+        why = touching(query.obstacles, query.states)
     if why:
         return not_begun(query.states, names, why, np.zeros(len(query.states)), "demonstrated")
     plan = plan_demonstrated(model, space, names, route, query)

@@ -150,15 +150,23 @@ def _read(terrain: Terrain, path: Array, count: int) -> Array:
 
 def touching(obstacles: Clearance, asked: Array) -> str:
     """Why a path through these states cannot be clear; empty where it may be."""
-    lower, upper = obstacles.bounds
-    names = ["start", *(f"via {i}" for i in range(len(asked) - 2)), "goal"]
-    for name, state, clearance in zip(names, asked, np.atleast_1d(obstacles.clearance(asked)), strict=True):
+    for name, state, clearance in zip(_called(asked), asked, np.atleast_1d(obstacles.clearance(asked)), strict=True):
         if not clearance > 0.0:
             return f"The {name} is not clear: {obstacles.nearest(state)}, {clearance:.3g}."
-        beyond = np.maximum(state - upper, lower - state)
-        if beyond.max() > 0.0:
-            return f"The {name} breaks the limits of coordinate {int(beyond.argmax())} by {beyond.max():.3g}."
+    return beyond(*obstacles.bounds, asked)
+
+
+def beyond(lower: Any, upper: Any, asked: Array, slack: float = 0.0) -> str:
+    """Which of these states breaks its limits by more than the slack, and by how much; empty where none does."""
+    for name, state in zip(_called(asked), asked, strict=True):
+        over = np.maximum(state - np.asarray(upper), np.asarray(lower) - state)
+        if over.max() > slack:
+            return f"The {name} breaks the limits of coordinate {int(over.argmax())} by {over.max():.3g}."
     return ""
+
+
+def _called(asked: Array) -> list[str]:
+    return ["start", *(f"via {i}" for i in range(len(asked) - 2)), "goal"]
 
 
 def not_begun(asked: Array, names: tuple[str, ...], reason: str, moved: Array, route: str) -> Plan:
@@ -169,8 +177,8 @@ def not_begun(asked: Array, names: tuple[str, ...], reason: str, moved: Array, r
 
 
 def _story(legs: list[Leg], moved: Array, supported: bool, ok: bool) -> str:
-    names = ["start", *(f"via {i}" for i in range(len(moved) - 2)), "goal"]
-    parts = [f"{name} moved {m:.3g} onto the manifold" for name, m in zip(names, moved, strict=True) if m > 0]
+    named = zip(_called(moved), moved, strict=True)
+    parts = [f"{name} moved {m:.3g} onto the manifold" for name, m in named if m > 0]
     if not supported:
         parts.append(FAR_END)
     blocked = sorted({leg.blocked for leg in legs if leg.blocked})

@@ -179,6 +179,8 @@ def _along(
         story += ", travelled backwards"
     if answer.start_phase > 0.0 or answer.goal_phase < 1.0:
         story += f" from {answer.start_phase:.0%} to {answer.goal_phase:.0%} of their length"
+    if ends > usual(model):
+        story += f"; given states lie up to {ends:.2g} off the manifold"
     if answer.supported > 3.0:
         story += f"; the ends lie {answer.supported:.1f} times as far from them as is usual"
     stats = {"spread": answer.spread, "start_phase": answer.start_phase, "goal_phase": answer.goal_phase}
