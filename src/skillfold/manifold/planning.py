@@ -12,23 +12,16 @@ from skillfold.manifold.aside import aside_of
 from skillfold.manifold.geodesic import Geodesic, geodesic, leaf_geodesic, regrown, roundabout, within_edge
 from skillfold.manifold.leading import is_led, led_path
 from skillfold.manifold.model import Model
-from skillfold.manifold.projection import (
-    FAR,
-    OnManifold,
-    across,
-    project_anchored,
-    seem_off,
-    usual,
-    within_limits,
-)
+from skillfold.manifold.projection import FAR, OnManifold, project_anchored, seem_off, usual, within_limits
 from skillfold.manifold.pulling import pulled_onto
-from skillfold.manifold.route import Route, RouteAnswer, rms_lengths
+from skillfold.manifold.route import Route, RouteAnswer
 from skillfold.motion import Path, Plan
 from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
+WITHIN = 0.5  # of the distance that 95 % of samples keep from the surface: their standard deviation
 SHOWN = 101  # states of a demonstrated route where the query names no number
 FAR_END = "an end lies far from the demonstrations"
 HELD = "held within the edge of the demonstrations, which it would leave"
@@ -158,8 +151,8 @@ def _along(
     model: Model, space: StateSpace, names: tuple[str, ...], answer: RouteAnswer, query: Query, story: str
 ) -> Plan:
     """A plan of a route through the query's states: held near the manifold, pushed off obstacles, checked."""
-    # Demonstrations may differ along the surface as much as they like: that is no doubt about the surface.
-    spread = rms_lengths(across(model, answer.states, answer.errors))
+    # Demonstrations lie no farther off the surface than samples do; what they spread besides is along it.
+    spread = np.minimum(answer.spread, WITHIN * usual(model))
     ends = float(OnManifold(model).distance(query.states).max())
     tolerance = max(usual(model) + 3.0 * float(spread.max()), 1.5 * ends)
     held = pulled_onto(model, answer.states, query.states, usual(model) + DOUBTED * spread, tolerance)

@@ -13,7 +13,6 @@ from skillfold.manifold.kernels.judging import displacements, nearest_distances
 from skillfold.manifold.kernels.leaf import field_bases, follow_leaf
 from skillfold.manifold.kernels.projection import bring_onto, bring_onto_near
 from skillfold.manifold.model import Model
-from skillfold.manifold.nearest import nearest
 from skillfold.spaces import StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -88,14 +87,6 @@ def tangents(model: Model, states: Array) -> Array:
     return np.concatenate([model.kept @ np.swapaxes(rows, 1, 2), free], axis=2)
 
 
-def across(model: Model, states: Array, offsets: Array) -> Array:
-    """What of offsets (n, B, D) from states (B, D) lies across the surface, as at the nearest anchors; inner."""
-    anchor = nearest(model.anchors, model.encode(states), 1)[:, 0]
-    rows = model.surface.tangents[anchor] * model.surface.radii[anchor, None, None]  # orthonormal
-    inner = offsets @ model.kept
-    return inner - np.einsum("nbk,bkd->nbd", np.einsum("nbd,bkd->nbk", inner, rows), rows)
-
-
 def seem_off(model: Model, states: Array) -> Array:
     """How far states (B, D) seem to be from the modelled surface, by their displacements alone; (B,)."""
     return displacements(model.table, states, model.trust.ghost * model.scale)[0]
@@ -106,12 +97,12 @@ def judge(model: Model, states: Array, enough: float) -> tuple[Array, Array]:
 
     A state nearer than `enough` is not projected: there its displacement tells all that was asked.
     """
-    off, near, _ = displacements(model.table, states, model.trust.ghost * model.scale)
+    off, nearest, _ = displacements(model.table, states, model.trust.ghost * model.scale)
     if off.max(initial=0.0) > enough:
         asked = off > enough
         away = states[asked]
         off[asked] = np.linalg.norm(project_anchored(model, away)[0] - away, axis=1)
-    return off, near
+    return off, nearest
 
 
 def usual(model: Model) -> float:

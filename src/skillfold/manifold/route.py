@@ -28,8 +28,8 @@ class RouteAnswer:
 
     Attributes:
         states: (points, D); the ends are the asked ones to the bit, and each via point is one of the rows.
-        errors: (n, points, D), samples of the offset to the way a demonstration would take; 0 at the ends and via
-            points.
+        spread: (points,), standard deviation of the distance (over all coordinates, in state units) to the
+            way a demonstration would take; 0 at the ends and via points.
         start_phase, goal_phase: where on the demonstrations the ends lie, in [0, 1] of their length; 0 and 1
             for a whole motion.
         reversed: the goal lies before the start, and the demonstrations are travelled backwards.
@@ -38,16 +38,11 @@ class RouteAnswer:
     """
 
     states: Array
-    errors: Array
+    spread: Array
     start_phase: float
     goal_phase: float
     reversed: bool
     supported: float
-
-    @property
-    def spread(self) -> Array:
-        """(points,) standard deviation of that offset, over all coordinates."""
-        return rms_lengths(self.errors)
 
 
 @dataclass(frozen=True)
@@ -114,10 +109,11 @@ class Route:
         shares = np.interp(np.arange(points), nodes, given)
         model = for_whole(self.model) if ends_only and place.whole else self.model
         route, errors = predict(model, self._cut(place, shares), nodes, asked)
+        spread = np.sqrt((errors**2).sum(axis=2).mean(axis=0))
         states = route * self.scale + self.centre
         states[nodes] = exact
         first, last = (1.0 - place.phases if place.reversed else place.phases).tolist()
-        return RouteAnswer(states, errors * self.scale, first, last, place.reversed, place.supported)
+        return RouteAnswer(states, spread * self.scale, first, last, place.reversed, place.supported)
 
     def leg_by_leg(self, states: Array, counts: Sequence[int]) -> RouteAnswer:
         """Routes from each of the states (m, D) to the next, of so many states each, one after the other.
@@ -129,7 +125,7 @@ class Route:
         first, *others = legs
         return RouteAnswer(
             np.vstack([first.states, *(leg.states[1:] for leg in others)]),
-            np.concatenate([first.errors, *(leg.errors[:, 1:] for leg in others)], axis=1),
+            np.concatenate([first.spread, *(leg.spread[1:] for leg in others)]),
             first.start_phase,
             legs[-1].goal_phase,
             all(leg.reversed for leg in legs),
@@ -201,11 +197,6 @@ class Route:
         if not all(np.isfinite(a).all() for a in found) or min(scale, spread.min(), *numbers[2:]) <= 0.0:
             raise SkillFileError("route: a number is not finite, or a scale not positive.")
         return Route(curves, centre, float(scale), spread, RouteModel(bool(learnt), bool(kriged), *numbers))
-
-
-def rms_lengths(offsets: Array) -> Array:
-    """(points,) root mean square, over samples, of the lengths of offsets (n, points, D)."""
-    return np.sqrt((offsets**2).sum(axis=2).mean(axis=0))
 
 
 def node_rows(phases: Array, points: int) -> IntArray:
