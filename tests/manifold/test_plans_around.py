@@ -536,6 +536,11 @@ def test_demonstrations_that_differ_along_the_surface_leave_no_more_room_off_it(
     assert plan.success, plan.reason
     assert np.abs(plan.path.states[:, 2]).max() < 0.01
     assert below.clearance(dense(plan.path.states, below.resolution)).min() > 0.0
+    # Not quite in the middle of the way, the same is passed along the plane, as the demonstrations go.
+    beside = PointObstacles(below.points - [0.0, 0.12, 0.0], 0.2)
+    plan = skill.plan([0.05, 0.0, 0.0], [0.95, 0.0, 0.0], obstacles=beside)
+    assert plan.success and plan.route == "demonstrated", plan.reason
+    assert np.abs(plan.path.states[:, 2]).max() < 0.01
 
 
 def poses_of_a_turn():

@@ -28,6 +28,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 SEEDS = 2**32 - 1
+FAR = 30.0  # metres from the origin: no robot that stands there reaches as far
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -246,7 +247,7 @@ def _learnt(
         filled = sum(1 for group in groups if len(group))
         raise InputError(f"n_keyframes={n_keyframes}: the keyframes lie in {filled} places; expected no more.")
     gaussians = tuple(estimate(group, coverage) for group in groups)
-    notes = (*_few(gaussians), *_half_turns(gaussians))
+    notes = (*_few(gaussians), *_far(gaussians), *_half_turns(gaussians))
     for note in notes:
         warn(note, stacklevel=3)
     return KeyframeSkill(gaussians, demos, found.labels, names, coverage, interpolation, found.table, notes)
@@ -259,6 +260,12 @@ def _few(gaussians: tuple[PoseGaussian, ...]) -> list[str]:
         for i, g in enumerate(gaussians)
         if g.count < FEWEST
     ]
+
+
+def _far(gaussians: tuple[PoseGaussian, ...]) -> list[str]:
+    """Keyframes in millimetres, most likely."""
+    away = max(float(np.linalg.norm(g.mean[:3])) for g in gaussians)
+    return [] if away < FAR else [f"Keyframes lie up to {away:.3g} m from the origin; positions are in metres."]
 
 
 def _half_turns(gaussians: tuple[PoseGaussian, ...]) -> list[str]:

@@ -22,6 +22,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 WITHIN = 0.5  # of the distance that 95 % of samples keep from the surface: their standard deviation
+TURNS = 8  # between obstacles and manifold, at most
 SHOWN = 101  # states of a demonstrated route where the query names no number
 FAR_END = "an end lies far from the demonstrations"
 HELD = "held within the edge of the demonstrations, which it would leave"
@@ -155,9 +156,10 @@ def _along(
     spread = np.minimum(answer.spread, WITHIN * usual(model))
     ends = float(OnManifold(model).distance(query.states).max())
     tolerance = max(usual(model) + 3.0 * float(spread.max()), 1.5 * ends)
-    held = pulled_onto(model, answer.states, query.states, usual(model) + DOUBTED * spread, tolerance)
+    allowed = usual(model) + DOUBTED * spread
+    held = pulled_onto(model, answer.states, query.states, allowed, tolerance)
     if query.obstacles is not None:
-        aside = aside_of(held, query.states, query.obstacles, query.share)
+        aside = _aside(model, held, query, allowed, tolerance)
         story += f", up to {np.linalg.norm(aside - held, axis=1).max():.3g} aside" if aside is not held else ""
         story += f", with {query.share:.0%} of the margin" if query.share < 1.0 else ""
         held = aside
@@ -180,6 +182,22 @@ def _along(
     plan = told(states, names, check, story + ".", [], np.zeros(len(query.states)), "demonstrated")
     plan.stats.update(stats, supported=answer.supported, reversed=answer.reversed)
     return plan
+
+
+def _aside(model: Model, path: Array, query: Query, allowed: Array, tolerance: float) -> Array:
+    """The path (n, D) pushed off obstacles, and pulled back in turns where that pushes it off the manifold too."""
+    obstacles, constraint = query.obstacles, OnManifold(model, tolerance)
+    if obstacles is None:
+        return path
+    aside, least = aside_of(path, query.states, obstacles, query.share), np.inf
+    for _ in range(TURNS if model.dim > 1 else 0):  # on a curve, what pulls back leads into the obstacle again
+        off = float(constraint.distance(aside).max())
+        if not tolerance < off < least:
+            break
+        least = off
+        path = pulled_onto(model, aside, query.states, allowed, tolerance)
+        aside = aside_of(path, query.states, obstacles, query.share)
+    return aside
 
 
 def _clipped(space: StateSpace, states: Array, given: Array) -> Array:
