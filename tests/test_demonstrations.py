@@ -362,3 +362,20 @@ def shapes():
 @pytest.mark.parametrize("name", shapes())
 def test_what_does_not_cross_is_not_said_to(name):
     assert sf.Demonstrations(shapes()[name]).crossings() == []
+
+
+class Tensor:
+    """As other libraries have them: no sequence, no NumPy array, but it can be one."""
+
+    def __init__(self, values):
+        self.values, self.ndim = values, values.ndim
+
+    def __array__(self, dtype=None, copy=None):
+        return self.values
+
+
+@pytest.mark.parametrize("given", [wave(20), np.stack([wave(20), wave(20, shift=0.1)])], ids=["one", "several"])
+def test_tensors_of_other_libraries_are_arrays(given):
+    one, other = sf.Demonstrations(given), sf.Demonstrations(Tensor(given))
+    assert len(one) == len(other)
+    np.testing.assert_array_equal(one.states, other.states)

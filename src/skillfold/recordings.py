@@ -202,6 +202,7 @@ def check_words(words: Sequence[Any], what: str, place: str) -> tuple[str, ...]:
 
 def given(recordings: Any, times: Any, labels: Any) -> list[Recording]:
     """What the constructor of `Demonstrations` is handed, as one `Recording` each."""
+    recordings = plain(recordings)
     parts = _parts(recordings)
     if not parts:
         raise RecordingError("No recordings; expected one at least.")
@@ -211,6 +212,12 @@ def given(recordings: Any, times: Any, labels: Any) -> list[Recording]:
         Recording(states, clock, label, f"demonstration '{label}'")
         for states, clock, label in zip(parts, clocks, labels, strict=True)
     ]
+
+
+def plain(recordings: Any) -> Any:
+    """A table or tensor of another library as the NumPy array it gives; all else as it is."""
+    foreign = hasattr(recordings, "__array__") and not isinstance(recordings, np.ndarray)
+    return np.asarray(recordings) if foreign else recordings
 
 
 def _parts(recordings: Any) -> list[Any]:

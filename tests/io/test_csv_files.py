@@ -156,3 +156,15 @@ def test_random_bytes_are_only_ever_refused(tmp_path, data):
         load(tmp_path, data)
     except SkillfoldError as error:
         assert "walk.csv" in str(error)
+
+
+@pytest.mark.parametrize("name", ["timestamp", "Time [s]", "secs"])
+def test_time_by_another_name_is_no_coordinate(tmp_path, name):
+    with pytest.raises(RecordingError, match="time in seconds is called t") as error:
+        load(tmp_path, f"{name},x,y\n0,1,2\n1,2,3\n")
+    assert repr(name) in str(error.value)
+
+
+def test_an_index_without_a_name_is_told(tmp_path):
+    with pytest.raises(RecordingError, match=r"column 1 has no name.*index=False"):
+        load(tmp_path, ",x,y\n0,1,2\n1,2,3\n")

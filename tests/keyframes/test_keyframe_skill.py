@@ -144,6 +144,12 @@ def test_few_keyframes_are_told():
     assert len(skill.notes) == 2
 
 
+def test_millimetres_are_told():
+    long = [demo * np.r_[1000.0, 1000.0, 1000.0, np.ones(4)] for demo in row([0.1, 0.3])]
+    with pytest.warns(UserWarning, match="m from the origin; positions are in metres"):
+        sf.KeyframeSkill.fit(long)
+
+
 def test_half_turns_are_told():
     with pytest.warns(UserWarning, match="Gaussians 0 and 1 are about half a turn apart"):
         skill = sf.KeyframeSkill.fit(row([0.0, 0.3], angles=[0.0, np.pi - 0.01]))

@@ -168,3 +168,23 @@ def test_states_that_are_near_each_other_stay_as_they_are_written():
     states = np.hstack([40.0 + rng.uniform(-1.0, 1.0, (50, 2)), -np.eye(4)[0] + 0.1 * rng.normal(size=(50, 4))])
     space = StateSpace.continuous(2) + StateSpace.quaternion()
     np.testing.assert_array_equal(side_by_side(states, space), states)
+
+
+class Table:
+    """As other libraries have them: no sequence, no NumPy array, but it can be one."""
+
+    ndim = 2
+
+    def __array__(self, dtype=None, copy=None):
+        return np.random.default_rng(0).normal(size=(30, 3))
+
+
+def test_a_table_of_another_library_is_a_cloud_as_an_array_is():
+    assert read_samples(Table(), None).groups is None  # pyright: ignore[reportArgumentType]
+    assert read_samples(Table(), None).recordings == ()  # pyright: ignore[reportArgumentType]
+
+
+def test_arrays_on_their_side_are_told():
+    lying = [x.T for x in curves(3, 60)]
+    assert any("Is x.T meant?" in note for note in read_samples(lying, None).notes)
+    assert not any("x.T" in note for note in read_samples(curves(3, 60), None).notes)

@@ -13,6 +13,11 @@ from skillfold.recordings import Recording, check_words
 
 _TIME = ("t", "time")
 _DEMO = "demo"
+# Taken for a coordinate, time would be learnt as one.
+_LIKE_TIME = (
+    *("timestamp", "timestamps", "time_stamp", "stamp", "sec", "secs", "second", "seconds"),
+    *("time_s", "time_sec", "time_ms", "time_ns", "time [s]", "time (s)", "time(s)", "t_s", "t [s]", "t (s)", "t(s)"),
+)
 
 
 def read_csv(path: Path) -> tuple[list[Recording], tuple[str, ...]]:
@@ -80,6 +85,14 @@ def _header(header: list[str], path: Path) -> tuple[str, ...]:
         raise RecordingError(
             f"{path}, row 1: numbers ({', '.join(names[:4])}) where the header belongs; expected column "
             "names, such as t, x, y."
+        )
+    like = next((name for name in names if name.lower() in _LIKE_TIME), None)
+    if like is not None:
+        raise RecordingError(f"{path}, header: column {like!r}; time in seconds is called t, any other is left out.")
+    if not names[0]:
+        raise RecordingError(
+            f"{path}, header: column 1 has no name; expected one for each. An index of pandas is left out by "
+            "to_csv(..., index=False)."
         )
     return check_words(names, "column", f"{path}, header")
 

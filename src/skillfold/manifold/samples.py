@@ -12,6 +12,7 @@ from scipy.spatial.distance import cdist
 
 from skillfold.demonstrations import Demonstrations
 from skillfold.errors import InputError
+from skillfold.recordings import plain
 from skillfold.spaces import TURN, StateSpace
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -55,6 +56,7 @@ class Samples:
 
 def read_samples(demos: Demonstrations | Array | Sequence[Array], space: StateSpace | None) -> Samples:
     """Check what was given and make samples of it."""
+    demos = plain(demos)
     if isinstance(demos, Demonstrations):
         if space is not None and space != demos.space:
             raise InputError("space: the Demonstrations have one already; build them with the space wanted.")
@@ -93,7 +95,7 @@ def _of_recordings(demos: Demonstrations) -> Samples:
     groups = np.repeat(np.arange(len(demos)), steps)
     states, groups = told_apart(even.states, groups)
     recordings = tuple(d.states for d in demos)
-    notes = _stray_notes(demos) + _crossing_notes(demos)
+    notes = _shape_notes(demos) + _stray_notes(demos) + _crossing_notes(demos)
     return Samples(
         states,
         groups,
@@ -160,6 +162,17 @@ def crowds(states: Array) -> Indices | None:
     joined = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(states), len(states)))
     count, crowd = connected_components(joined, directed=False)
     return crowd.astype(np.int64) if count >= len(states) / count else None  # few large ones are parts of the data
+
+
+def _shape_notes(demos: Demonstrations) -> tuple[str, ...]:
+    """An array on its side is a motion of a few states in a space of very many coordinates."""
+    longest = int(demos.lengths.max())
+    if longest >= demos.n_dims:
+        return ()
+    return (
+        f"Recordings of {longest} states at most have {demos.n_dims} coordinates: rows are states, columns are "
+        "coordinates. Is x.T meant?",
+    )
 
 
 def _stray_notes(demos: Demonstrations) -> tuple[str, ...]:
