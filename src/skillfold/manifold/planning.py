@@ -22,7 +22,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 DOUBTED = 2.0  # spreads that a demonstrated route may lie farther off than samples do
 WITHIN = 0.5  # of the distance that 95 % of samples keep from the surface: their standard deviation
-TURNS = 8  # between obstacles and manifold, at most
+TURNS = 4  # between obstacles and manifold, at most
 SHOWN = 101  # states of a demonstrated route where the query names no number
 FAR_END = "an end lies far from the demonstrations"
 HELD = "held within the edge of the demonstrations, which it would leave"
