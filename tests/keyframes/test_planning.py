@@ -239,6 +239,7 @@ def test_a_start_in_the_goal_is_a_path(robot, variant):
     ("asked", "words"),
     [
         ({"alpha": 0.0}, "alpha"),
+        ({"alpha": 0.85}, "85 is 85 %"),
         ({"alpha": 101}, "alpha"),
         ({"alpha": float("nan")}, "alpha"),
         ({"alpha": True}, "alpha"),

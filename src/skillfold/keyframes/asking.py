@@ -66,8 +66,8 @@ def start_trouble(robot: Robot, obstacles: Obstacles, q: Array, what: str = "sta
 def read_alpha(alpha: Any) -> float:
     """Percent of the variance."""
     number = isinstance(alpha, int | float | np.integer | np.floating) and not isinstance(alpha, bool)
-    if not (number and 0.0 < alpha <= 100.0):
-        raise InputError(f"alpha={alpha!r:.80}; expected percent, above 0 and 100 at most.")
+    if not (number and 1.0 <= alpha <= 100.0):  # less than one percent is hardly meant
+        raise InputError(f"alpha={alpha!r:.80}; expected percent, from 1 to 100: 85 is 85 % of the variance.")
     return float(alpha)
 
 

@@ -183,6 +183,6 @@ def _camera(world: World, states: Array) -> Any:
     low, high = np.minimum(places.min(0), 0.0), np.maximum(places.max(0), 0.0)
     camera = mujoco.MjvCamera()
     camera.lookat[:] = 0.5 * (low + high)
-    camera.distance = 1.5 * max(float(np.linalg.norm(high - low)), 0.5)
+    camera.distance = 1.75 * max(float(np.linalg.norm(high - low)), 0.5)
     camera.azimuth, camera.elevation = AZIMUTH, ELEVATION
     return camera
