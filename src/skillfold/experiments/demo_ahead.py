@@ -27,9 +27,10 @@ def unlearnt() -> None:
 
 
 def ways(skill: Any) -> None:
-    """Smoothing, which needs no projection, then trees and shortcuts; whatever comes of it."""
+    """Smoothing, then what needs projection, which another process may be compiling yet; whatever comes of it."""
     _, obstacles = _surroundings()
-    model, ends = skill.model, skill.sample(2, 0)
+    model = skill.model
+    ends = model.path(model.centre, model.centre, model.anchors[:2])
     terrain = Terrain.between(model, skill.space, obstacles, ends, 0.5 * obstacles.margin)
     straight, spacing = terrain.coordinates(ends), obstacles.resolution / model.scale
     smoothed(terrain, straight, spacing)
