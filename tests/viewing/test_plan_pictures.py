@@ -79,6 +79,21 @@ def test_a_failed_plan_is_drawn_with_its_reason(waves, tmp_path):
         draw_plan(waves, plan, tmp_path / "nowhere" / "plan.png")
 
 
+@pytest.mark.parametrize(
+    ("file", "obstacles", "told"),
+    [
+        ("plan.foo", None, "ends in .foo; possible: .png"),
+        ("plan", None, "ends in nothing"),
+        ("plan.png", [sf.Sphere([0.0, 0.0, 3.0], 0.1)], r"expected PointObstacles.* or robot.obstacles\(scene\)"),
+        ("plan.png", sf.PointObstacles([[0.0, 0.0, 0.0]], 0.1), "states of 3 coordinates, the skill has 2"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(waves, tmp_path, file, obstacles, told):
+    plan = waves.plan([0.0, 0.01], [1.0, 0.15])
+    with pytest.raises(InputError, match=told):
+        draw_plan(waves, plan, tmp_path / file, obstacles)
+
+
 def test_a_robot_is_drawn_in_its_scene(arm, monkeypatch):
     obstacles = sf.Robot.load("planar_arm").obstacles([sf.Sphere([0.0, -0.7, 0.0], 0.05)])
     plan = arm.plan(*arm.sample(2, 1), obstacles=obstacles)

@@ -10,14 +10,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from skillfold.errors import RobotError
+from skillfold.errors import InputError, RobotError
 from skillfold.experiments.demo import distance_field, square
+from skillfold.manifold.inputs import check_obstacles
 from skillfold.motion import Array, Plan
 from skillfold.planning.point_obstacles import FORBIDDEN, PointObstacles
 from skillfold.viewing import plots
 from skillfold.viewing.planes import levels, plane
 from skillfold.viewing.style import FAINT, INK, OFF, ON, PLANS, SOFT, figure, save, style
 
+KINDS = (".png", ".svg", ".pdf")
 COLUMNS = 4  # of curves
 WIDTH, SHOT, PLANE, CURVE, HEAD = (
     12.0,
@@ -63,10 +65,15 @@ def draw_plan(skill: Any, plan: Plan, file: str | PathLike[str], obstacles: Any 
         obstacles: that it was planned among; a robot's are drawn with the robot.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: the file cannot be written or is of another kind, or obstacles that are none.
     """
+    path = File(file)
+    if path.suffix.lower() not in KINDS:
+        raise InputError(f"{path}: ends in {path.suffix or 'nothing'}; possible: {', '.join(KINDS)}.")
+    if obstacles is not None:
+        check_obstacles(obstacles, plan.path.states.shape[1])
     with style():
-        return save(picture(skill, plan, obstacles), File(file))
+        return save(picture(skill, plan, obstacles), path)
 
 
 def picture(skill: Any, plan: Plan, obstacles: Any = None) -> Figure:
